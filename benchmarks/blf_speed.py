@@ -61,7 +61,7 @@ def write_ours(path, frames):
 def write_live(path, frames):
     log = BlfLog(path, START)
     for number, first in enumerate(range(0, len(frames), BLOCK)):
-        log.write(frames.rows(slice(first, first + BLOCK)))
+        log.write(frames.select(slice(first, first + BLOCK)))
         if number % FLUSH == 0:
             log.flush()
     log.close()

@@ -73,7 +73,7 @@ class Stream:
 
     def run(self, until_ns, _inbox):
         first, self._row = self._row, until_ns // 1_000_000 * 2
-        return self._frames.rows(slice(first, self._row))
+        return self._frames.select(slice(first, self._row))
 
 
 def lock_step():

@@ -55,7 +55,7 @@ def measured(ticks):
         WRITERS["EtbStatus"].write({"mode": 1, "enable": 1, "temperature": 25.0}, stamps[::10] + 600),
     ]
     joined = concatenate_frames(blocks)
-    return joined.rows(np.argsort(joined.stamp_ns, kind="stable"))
+    return joined.select(np.argsort(joined.stamp_ns, kind="stable"))
 
 
 WRITERS = {name: MessageWriter(CLASSIC, name) for name in ("EtbCurrent", "EtbEncoder", "EtbStatus")}

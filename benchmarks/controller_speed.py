@@ -64,7 +64,7 @@ def _node_ms(kind, calls_a_second):
     )
     cuts = np.linspace(0, SECONDS * 1_000_000_000, SECONDS * calls_a_second + 1).astype(np.int64)[1:].tolist()
     ends = np.searchsorted(inbox.stamp_ns, cuts).tolist()
-    parts = [inbox.rows(slice(a, b)) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
+    parts = [inbox.select(slice(a, b)) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
     costs = []
     for _ in range(RUNS + 1):
         node = VirtualController(model, dialect, seed=1)

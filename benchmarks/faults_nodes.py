@@ -29,17 +29,17 @@ class Resetting:
     def run(self, until_ns, inbox):
         for index in range(len(inbox)):
             if int(inbox.ident[index]) in self._requests:
-                self._last = inbox.rows(slice(index, index + 1))
+                self._last = inbox.select(slice(index, index + 1))
         if until_ns < self._at:
             return self._node.run(until_ns, inbox)
         back = self._at + self._boot
         if not self._is_back:
-            out = self._node.run(self._at, inbox.rows(inbox.stamp_ns < self._at)) if self._node else None
+            out = self._node.run(self._at, inbox.select(inbox.stamp_ns < self._at)) if self._node else None
             self._node = None
             if until_ns <= back:
-                return out if out is not None else inbox.rows(slice(0))
+                return out if out is not None else inbox.select(slice(0))
             self._node, self._is_back = self._make(back), True
-            inbox = inbox.rows(inbox.stamp_ns >= back)
+            inbox = inbox.select(inbox.stamp_ns >= back)
             if self._resumes and self._last is not None:
                 inbox = concatenate_frames([replace(self._last, stamp_ns=np.array([back], np.int64)), inbox])
             later = self._node.run(until_ns, inbox)
@@ -83,8 +83,8 @@ class Late:
         if self._waiting is not None and len(self._waiting):
             frames = concatenate_frames([self._waiting, frames])
         due = frames.stamp_ns <= until_ns
-        self._waiting = frames.rows(~due)
-        return frames.rows(due)
+        self._waiting = frames.select(~due)
+        return frames.select(due)
 
 
 class Deaf:
@@ -94,8 +94,8 @@ class Deaf:
         self._node, self._from, self._until = node, at_ns, at_ns + for_ns
 
     def run(self, until_ns, inbox):
-        frames = self._node.run(until_ns, inbox.rows(self._heard(inbox)))
-        return frames.rows(self._heard(frames))
+        frames = self._node.run(until_ns, inbox.select(self._heard(inbox)))
+        return frames.select(self._heard(frames))
 
     def _heard(self, frames):
         return (frames.stamp_ns < self._from) | (frames.stamp_ns >= self._until)
@@ -178,7 +178,7 @@ class OtherBench:
         self._command = {"command_mode": float(enable), "command_enable": float(enable), "command_position": position}
 
     def run(self, until_ns, inbox):
-        frames = [inbox.rows(slice(0))]
+        frames = [inbox.select(slice(0))]
         while self._next <= min(until_ns, self._until):
             sent = self._encoder.encode(self._command, self._next)
             frames.append(replace(sent, flags=sent.flags & ~np.uint8(FrameFlag.SENT)))

@@ -51,7 +51,7 @@ def seeds(folder):
         for suffix in (".blf", ".mf4", ".asc", ".log", ".csv", ".db"):
             export([frames], folder / f"{unit}{suffix}")
             logs[unit, suffix] = (folder / f"{unit}{suffix}").read_bytes()
-        few = frames.rows(slice(SHORT))
+        few = frames.select(slice(SHORT))
         few.flags[::50] |= np.uint8(FrameFlag.REMOTE)
         few.flags[1::50] |= np.uint8(FrameFlag.ERROR)
         for suffix in (".blf", ".mf4", ".asc", ".log", ".csv", ".db", ".trc"):

@@ -67,7 +67,7 @@ class Traffic:
             ),
         ]  # fmt: skip
         joined = concatenate_frames(blocks)
-        return joined.rows(np.argsort(joined.stamp_ns, kind="stable"))
+        return joined.select(np.argsort(joined.stamp_ns, kind="stable"))
 
     def _motion(self, sample):
         """A slow sine with, now and then, a fast one, and the current and voltage that they take."""
@@ -102,4 +102,4 @@ class Traffic:
         while found < count:
             blocks.append(self.block(min(10_000, -(-count // per_ms) + 10)))
             found += len(blocks[-1])
-        return concatenate_frames(blocks).rows(slice(count))
+        return concatenate_frames(blocks).select(slice(count))

@@ -127,7 +127,7 @@ def write_gateway(path, run, size):
         rng.integers(0, 256, (count, 64), np.uint8), np.ones(count, np.uint8),
     )  # fmt: skip
     both = concatenate_frames([run, other])
-    both = both.rows(np.argsort(both.stamp_ns, kind="stable"))
+    both = both.select(np.argsort(both.stamp_ns, kind="stable"))
     log, turn = BlfLog(path, int(both.stamp_ns[0])), 0
     while path.stat().st_size < size:
         log.write(replace(both, stamp_ns=both.stamp_ns + turn * span))

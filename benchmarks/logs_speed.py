@@ -211,12 +211,12 @@ def main():
             traffic = Traffic(fd=fd)
             frames = traffic.frames(options.frames // 3 if fd else options.frames)
             path = Path(folder) / f"log{suffix}"
-            few = frames.rows(slice(options.peer_frames))
+            few = frames.select(slice(options.peer_frames))
             compare(title, path, frames, few, str(traffic.dialect.path), traffic.dialect, options.rounds)
         dbc = Path(folder) / "pairs.dbc"
         dbc.write_text(SIXTEEN)
         frames = pairs(options.frames // 3)
-        few = frames.rows(slice(options.peer_frames))
+        few = frames.select(slice(options.peer_frames))
         path = Path(folder) / "pairs.blf"
         compare("BLF, FD frames of 16 pairs and classic ones", path, frames, few, str(dbc), None, options.rounds)
         frames = Traffic().frames(options.frames)

@@ -1,7 +1,7 @@
 """What a sample costs in each observer, on one recording of 2 million samples at 20 kHz, and what a live stream costs.
 
 Run: python benchmarks/observer_speed.py
-Processor time, best of seven passes: other work on the machine only ever adds to it. A recording is pushed in stretches
+Processor time, best of seven passes: other work on the machine only ever adds to it. A recording is pushed in segments
 of a quarter of a second, as a replay takes them, of a second, and whole; the system clears new memory for a whole one's
 estimate, which is what "three columns written" costs. The stream comes in pieces of 10 ms, as a bench gets it; its cost
 is given as a share of one core.
@@ -33,15 +33,15 @@ def data_of(unit):
     return (np.arange(SAMPLES) * 50_000, *(np.tile(column, repeat)[:SAMPLES] for column in columns))
 
 
-def cost(make, data, passes, stretch=SAMPLES):
+def cost(make, data, passes, segment=SAMPLES):
     """Return the time of a sample in ns, the best of some passes over data after one that compiles."""
-    stretches = [tuple(column[k : k + stretch] for column in data) for k in range(0, len(data[0]), stretch)]
+    segments = [tuple(column[k : k + segment] for column in data) for k in range(0, len(data[0]), segment)]
     make()(*(column[:2_000] for column in data))
     best = np.inf
     for _ in range(passes):
         push = make()
         start = time.process_time()
-        for part in stretches:
+        for part in segments:
             push(*part)
         best = min(best, time.process_time() - start)
     return best / len(data[0]) * 1e9
@@ -71,11 +71,11 @@ def main():
     throttle = parameters(unit)
     makers = {"three columns written": lambda: columns, NAMED: lambda: SlidingModeObserver(throttle, noise()).push}
     makers |= {name: lambda name=name: observers(throttle, noise())[name].push for name in observers(throttle, noise())}
-    print(f"{'':32}{'':6}ns a sample, stretches of   share of a core,")
+    print(f"{'':32}{'':6}ns a sample, segments of   share of a core,")
     print(f"{'':32}{'0.25 s':>10}{'1 s':>10}{'100 s':>10}{'live':>16}")
     for name, make in makers.items():
         data = (time_ns, current, angle, velocity) if name == NAMED else (time_ns, current, angle)
-        costs = "".join(f"{cost(make, data, 7, stretch):10.1f}" for stretch in STRETCHES)
+        costs = "".join(f"{cost(make, data, 7, segment):10.1f}" for segment in STRETCHES)
         print(f"{name:32}{costs}{stream(make, data):16.2%}", flush=True)
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import etb_hil
 from etb_hil.base.roles import COMMANDED, ROLES
-from etb_hil.bench.wording import BENCH_REASONS, UNIT_REASONS
+from etb_hil.bench.bench_reasons import BENCH_REASONS
+from etb_hil.bench.unit_reasons import UNIT_REASONS
 from etb_hil.cli.file_kinds import KINDS, file_schema
 from etb_hil.cli.main import COMMANDS, EXIT_CODES, _parser
 from etb_hil.diagnosis.measurement_registry import measurement_kinds

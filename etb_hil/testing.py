@@ -223,7 +223,7 @@ def check_reader(reader: Reader, path: str | Path) -> None:
             except InputError:
                 continue
             _require_same(
-                whole.rows(slice(0, len(part))), part, "a file cut short gives other frames than the whole one"
+                whole.select(slice(0, len(part))), part, "a file cut short gives other frames than the whole one"
             )
 
 

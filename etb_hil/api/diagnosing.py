@@ -73,7 +73,7 @@ def diagnose(
     from etb_hil.recording.samples import Joiner
     from etb_hil.scenario.phases import LOG
     from etb_hil.session.analysis import SLOW_ROLES
-    from etb_hil.session.rows import RowBuilder
+    from etb_hil.session.sample_hold import SampleHold
     from etb_hil.session.verdict_policy import withheld
 
     judged_by = as_model(model)
@@ -84,9 +84,9 @@ def diagnose(
     plausibility = Plausibility(judged_by)
     joined = list(dict.fromkeys(recording.source_of(role) for role in NEEDED))
     slow = {role: recording.source_of(role) for role in SLOW_ROLES if role in recording.roles}
-    rows = RowBuilder(Joiner(joined), slow).push(recording.block(source) for source in recording.sources)
-    if rows is not None:
-        diagnosis.push(rows, RunPhase(0, LOG, LOG, Use.FITTED))
-        plausibility.push(rows, 0, moving=True)
+    samples = SampleHold(Joiner(joined), slow).push(recording.block(source) for source in recording.sources)
+    if samples is not None:
+        diagnosis.push(samples, RunPhase(0, LOG, LOG, Use.FITTED))
+        plausibility.push(samples, 0, moving=True)
     found = withheld(diagnosis.finish(), plausibility.doubts())
     return Judgement(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -109,10 +109,10 @@ class Explanation:
         They are drawn over angle, speed and so on.
         """
         from etb_hil.report.drawing import figure_of
-        from etb_hil.report.explain_plots import left_over
+        from etb_hil.report.explain_plots import residual_plot
 
         series = self._pictures()
-        return [] if series is None else [figure_of(left_over(left)) for left in series.left]
+        return [] if series is None else [figure_of(residual_plot(left)) for left in series.left]
 
     def _pictures(self) -> Any:  # noqa: ANN401 (its module draws nothing, and takes its time to load)
         from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures

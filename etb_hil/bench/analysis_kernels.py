@@ -46,7 +46,7 @@ def compile_analysis() -> None:
     edges = [count * PERIOD_NS for count in accumulate(map(len, parts), initial=0)]
     for step, (begin_ns, end_ns) in zip(steps, pairwise(edges), strict=True):
         analysis.begin_phase(begin_ns, step.id, step.phase.kind)
-        analysis.push(frames.rows((frames.stamp_ns > begin_ns) & (frames.stamp_ns <= end_ns)))
+        analysis.push(frames.select((frames.stamp_ns > begin_ns) & (frames.stamp_ns <= end_ns)))
     analysis.finish()
     grade_clock(analysis.recording)
 
@@ -96,7 +96,7 @@ def _frames(dialect: Dialect, columns: dict[str, Float64]) -> FrameBlock:
         if carried:
             blocks.append(writer.write(carried, stamp_ns))
     written = concatenate_frames(blocks)
-    return written.rows(np.argsort(written.stamp_ns, kind="stable"))
+    return written.select(np.argsort(written.stamp_ns, kind="stable"))
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ class Simulation:
         self._supply = None if supply is None else SupplyGuard(supply)
         self._asked: list[float] | None = [REQUEST, BOTH, rate, 0.0, 0.0, 0.0]
         self._blocks: list[SampleBlock] = []
-        self._temperatures: list[Float64] = []  # degC of the housing, for each block's rows
+        self._temperatures: list[Float64] = []  # degC of the housing, for each block of samples
 
     def run(self, steps: Sequence[Step]) -> tuple[Int64, dict[str, Float64]]:
         """Run the steps; return the samples' times (n) in ns and columns (n) by role.
@@ -131,24 +131,24 @@ class Simulation:
 
 
 def _samples(output: Output, point: SetPoint) -> SampleBlock:
-    rows = output.samples
+    samples = output.samples
     columns = {
-        "motor_voltage": rows["voltage"].copy(),
-        "motor_current": rows["current"][:, 0].copy(),
-        "motor_angle": rows["motor_angle"][:, 0].copy(),
-        "throttle_angle": rows["track"].copy(),
-        "throttle_angle_2": rows["track_2"].copy(),
-        "command_position": np.full(len(rows), point.position if point.enable else np.nan),
-        "command_enable": np.full(len(rows), float(point.enable)),
+        "motor_voltage": samples["voltage"].copy(),
+        "motor_current": samples["current"][:, 0].copy(),
+        "motor_angle": samples["motor_angle"][:, 0].copy(),
+        "throttle_angle": samples["track"].copy(),
+        "throttle_angle_2": samples["track_2"].copy(),
+        "command_position": np.full(len(samples), point.position if point.enable else np.nan),
+        "command_enable": np.full(len(samples), float(point.enable)),
     }
-    return _block("samples", rows["tick"], columns)
+    return _block("samples", samples["tick"], columns)
 
 
 def _statuses(output: Output) -> SampleBlock:
-    rows = output.statuses
+    statuses = output.statuses
     columns = {"temperature": "temperature", "supply_voltage": "supply", "mode": "mode", "enable": "enable"}
-    taken = {role: rows[name].astype(float) for role, name in (columns | {"faults": "faults"}).items()}
-    return _block("status", rows["tick"], taken)
+    taken = {role: statuses[name].astype(float) for role, name in (columns | {"faults": "faults"}).items()}
+    return _block("status", statuses["tick"], taken)
 
 
 def _block(source: str, tick: Int64, columns: dict[str, Float64]) -> SampleBlock:

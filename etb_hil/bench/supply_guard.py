@@ -33,8 +33,8 @@ class SupplyGuard:
         """Take new samples."""
         for block in blocks:
             if ROLE in block.columns:
-                rows = zip(block.stamp_ns.tolist(), block.time_ns.tolist(), block.columns[ROLE].tolist(), strict=True)
-                for stamp_ns, time_ns, value in rows:
+                columns = block.stamp_ns, block.time_ns, block.columns[ROLE]
+                for stamp_ns, time_ns, value in zip(*(one.tolist() for one in columns), strict=True):
                     self._take(stamp_ns, time_ns, value)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""What a technician reads: a sentence and a next step for each reason id.
+"""The text of a verdict for a technician: a sentence and a next step for each reason.
 
 Screen, report, log and `results.json` have them from here.
 
@@ -8,295 +8,22 @@ limit gives are made from the declaration of the measurement.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.bench.bench_reasons import BENCH_REASONS
+from etb_hil.bench.reason_text import REPLACE, Wording
+from etb_hil.bench.unit_reasons import AGAIN, UNIT_REASONS
 from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement
 from etb_hil.results.run_result import RunResult
 
-_REPLACE = "Replace the throttle body, or clean it and test again. Keep this report with the unit."
-_NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
-_SENSORS = "Check the unit's plug and the sensor's wiring, then repeat. This says nothing of the unit's friction."
-_OTHER = "Check that model file, bench file and unit belong together, then repeat."
 _ADD_SIGNAL = "Have an engineer add the signal to the bench file, or take the limit out of the limits file."
 _NO_LIMIT = "Have an engineer take the limit out of the limits file."
 _AGAIN_WITH = "Check the CAN wiring, then repeat."
 _SHOW_IT = "Run a scenario that shows it, as friction_check and end_of_line do."
-_AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
-
-
-@dataclass(frozen=True, slots=True)
-class Wording:
-    """A reason in a sentence, and what to do next.
-
-    `with_detail` puts the given text behind it, in brackets.
-    """
-
-    reason: str
-    next_step: str
-    with_detail: bool = False
-
-
-UNIT_REASONS = {
-    "T_st_exceeded": Wording("The plate sticks at one place: friction there is above the limit.", _REPLACE, True),
-    "plate_stuck": Wording("The plate is stuck: the motor pushed and it did not move.", _NOT_FITTED, True),
-    "T_st_unexplained": Wording("Friction seemed above the limit for a while, and nothing says why.", _AGAIN, True),
-    "T_c_unexplained": Wording(
-        "Friction seemed above the limit while the plate moved fast, and nothing says why.", _AGAIN, True
-    ),
-    "resistance_contradicts": Wording("The motor's resistance is not what the model says.", _OTHER, True),
-    "back_emf_contradicts": Wording("The motor is not what the model says.", _OTHER, True),
-    "angle_reversed": Wording(
-        "The angle moves against the motor: the sign of the angle or of the current is reversed, or the motor's leads "
-        "are.",
-        "Check the signs of angle, current and voltage in the bench's DBC file and roles, and the wiring of sensors "
-        "and motor, then repeat. This says nothing of the unit's friction.",
-        True,
-    ),
-    "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
-    "motor_hot": Wording(
-        "The motor differs from the model as if much warmer than its housing. Worn brushes look the same.",
-        "Let the unit cool for 10 minutes, then repeat. If this remark stays, check the brushes.",
-        True,
-    ),
-    "another_friction_law": Wording(
-        "Friction does not follow the law of the model. The intervals of the numbers hold that.", "Nothing to do.", True
-    ),
-    "model_contradicted": Wording("The unit differs from the model in more than friction.", _OTHER, True),
-    "uneven_way": Wording(
-        "Friction is uneven along the way: {friction_least} at {friction_least_at}, {friction_most} at "
-        "{friction_most_at} in slow motion. The intervals of the numbers hold that.",
-        "Have an engineer look at the friction over angle in the report; repeating the test does not help.",
-    ),
-    "friction_drifts": Wording(
-        "Friction changed while the test ran. The intervals of the numbers hold that.",
-        "Let the unit come to a steady temperature, or run it in, as warm_check does; then repeat.",
-        True,
-    ),
-    "too_few_windows": Wording(
-        "The samples have too many gaps, or come too slowly, to measure friction.",
-        "Check the CAN wiring and the rate that the bench asks for, then repeat.",
-        True,
-    ),
-    "T_st_local_undecided": Wording(
-        "Friction at one place of the way is too close to the limit of break-away friction to tell.",
-        "Have an engineer look at the friction over angle in the report.",
-        True,
-    ),
-    "direction_undecided": Wording(
-        "Friction may be above its limit in one direction of motion, or the springs are not what the model says.",
-        "Measure the springs' preloads, or have an engineer correct the model's; repeating the test does not help.",
-        True,
-    ),
-    "temperature_unknown": Wording(
-        "The limits follow the temperature, and none was measured.",
-        "Check that the bench reads a temperature and that the scenario has a current_zero, then repeat.",
-        True,
-    ),
-    "limits_not_judged": Wording(
-        "Some limits were not judged: this run has no phase that shows them.",
-        "Run a scenario that has those phases, as end_of_line has them.",
-        True,
-    ),
-    "T_c_not_reached": Wording(
-        "The plate never moved fast enough to tell sliding friction.",
-        "Run a scenario with fast dashes through limp-home, as friction_check has them.",
-        True,
-    ),
-    "places_not_seen": Wording(
-        "The plate did not slide slowly over a wide part of its way; break-away friction may be another there.",
-        "Run a scenario with slow ramps over the whole way, as friction_check has them. Where this one has them, check "
-        "the CAN wiring for lost frames.",
-        True,
-    ),
-    "one_way": Wording(
-        "The plate was measured in one direction only; which does not distinguish springs from friction.",
-        "Run a scenario that opens and closes the plate, as friction_check does.",
-        True,
-    ),
-    "read_too_seldom": Wording(
-        "The unit is asked for its motor current or angle, and too seldom to tell.",
-        "Have an engineer shorten 'every' in the bench file's 'uds' section, or map a cyclic frame; repeating the test "
-        "does not help.",
-        True,
-    ),
-    "read_by_request": Wording(
-        "The unit was asked for its motor current or angle; intervals hold what that costs.",
-        "Where they are too wide, have an engineer map a cyclic frame.",
-    ),
-    "samples_lost": Wording(
-        "Too many samples were lost to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
-    ),
-    "no_samples": Wording(
-        "No phase of this run moved the plate and measured current and angle.",
-        "Run a scenario that does, as friction_check. Where this one should have, check its measurement request and "
-        "the CAN wiring.",
-    ),
-    "too_little_motion": Wording(
-        "The plate moved too little to measure friction.",
-        "Check that the plate moves by hand with the supply off, the supply voltage, and that the scenario has ramps "
-        "and dashes; then repeat.",
-        True,
-    ),
-    "tracks_disagree": Wording("The two tracks of the plate sensor contradict each other.", _SENSORS, True),
-    "angles_disagree": Wording("Plate sensor and motor encoder contradict each other.", _SENSORS, True),
-    "angle_jumps": Wording("The motor angle jumps as no motor can move it.", _SENSORS, True),
-    "current_frozen": Wording("The current reading stands still.", _SENSORS, True),
-    "current_zero_moves": Wording("The current reading with the drive off moves.", _SENSORS, True),
-    "motor_balance": Wording("Voltage, current and speed of the motor contradict each other.", _SENSORS, True),
-    "samples_missing": Wording(
-        "Too many samples are missing to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
-    ),
-    "not_as_asked": Wording(
-        "The controller measured otherwise than it was asked to.",
-        "Check that no other tool sends measurement requests on this bus, then repeat.",
-        True,
-    ),
-    "clocks_disagree": Wording(
-        "The controller's clock and the computer's part.",
-        "Repeat the test. Where it happens again, check the controller's clock.",
-        True,
-    ),
-    "frames_corrupted": Wording(
-        "Too many frames were corrupted to trust the others.",
-        "Check CAN wiring, termination and shielding, then repeat.",
-        True,
-    ),
-    "run_not_finished": Wording("The run ended before the unit could be judged.", "Repeat the test."),
-}
-
-BENCH_REASONS = {
-    "no_answer": Wording(
-        "The controller did not answer.", "Check its supply, the CAN plug and the bench's bit rate, then repeat."
-    ),
-    "wrong_unit": Wording(
-        "The unit reports another identity than the station expects.",
-        "Check the label and the part that was chosen, then scan again.",
-        True,
-    ),
-    "uds_no_answer": Wording(
-        "The unit did not answer the bench's diagnostic request in time.",
-        "Check the identifiers of the bench file's 'uds' section and the unit's supply, then repeat.",
-        True,
-    ),
-    "uds_bad_answer": Wording(
-        "The unit's diagnostic answer breaks the protocol.",
-        "Check the CAN wiring and that no other tool talks to the unit, then repeat.",
-        True,
-    ),
-    "uds_refused": Wording(
-        "The unit refused a diagnostic request.",
-        "Have an engineer check session, security access and identifiers of the bench file's 'uds' section.",
-        True,
-    ),
-    "uds_second_tester": Wording(
-        "Another diagnostic tester sends requests to the unit.", "Unplug the other tester, then repeat.", True
-    ),
-    "uds_routine": Wording(
-        "A routine of the unit did not end.", "Check with the supply off that the plate moves freely.", True
-    ),
-    "controller_overcurrent": Wording(
-        "The run ended early: the controller took the drive off because of too much current.",
-        "Check with the supply off whether the plate moves freely by hand.",
-    ),
-    "cut_short": Wording(
-        "The run was cut short: its end was never written.", "Check that the drive is off, then repeat the test."
-    ),
-    "frames_stopped": Wording(
-        "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."
-    ),
-    "answers_late": Wording(
-        "The controller answers late, or does not do as it is told.",
-        "Check what lies between the bench and the controller (gateways, adapters), and whether the controller's own "
-        "release is given, then repeat.",
-    ),
-    "clock_stepped": Wording(
-        "The computer's clock was set while the test ran.", "Repeat the test while the clock is left alone."
-    ),
-    "not_recorded": Wording(
-        "The bench could not write what it measured.", "Make room on its disk, then repeat the test.", True
-    ),
-    "stopped_by_operator": Wording("The operator stopped the run.", "Repeat the test when the bench is clear."),
-    "aborted_by_operator": Wording("The operator aborted the run.", "Repeat the test when the bench is clear."),
-    "time_out": Wording(
-        "The run ended: it took longer than its time-out.",
-        "Find out what it waited for, or give it more time; then repeat.",
-    ),
-    "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
-    "duration_limit": Wording(
-        "The bench stopped the run: it took longer than the bench allows.",
-        "Have an engineer check the scenario against the bench's limits.",
-    ),
-    "bus_off": Wording(
-        "The CAN interface went bus-off.", "Check wiring, termination and bit rate of the bench, then repeat."
-    ),
-    "safe_state_not_verified": Wording(
-        "The bench could not see that the drive is off.",
-        "Switch the supply off before you touch the unit. Then check the CAN plug and repeat.",
-    ),
-    "golden_unit_wrong": Wording(
-        "The golden unit did not come out as expected: this bench may judge no unit.",
-        "Judge no unit on this bench. Find out why, then measure the golden unit again.",
-        True,
-    ),
-    "set_point_limit": Wording(
-        "The bench stopped the run before it sent a set-point outside its limits.",
-        "Have an engineer check the scenario against the bench's limits.",
-    ),
-    "current_limit": Wording(
-        "The bench stopped the run: the motor current passed the bench's limit.",
-        "Check that the plate moves freely by hand with the supply off, then repeat.",
-    ),
-    "voltage_limit": Wording(
-        "The bench stopped the run: the motor voltage passed the bench's limit.",
-        "Check the supply against the bench file, then repeat.",
-    ),
-    "velocity_limit": Wording(
-        "The bench stopped the run: the plate passed the bench's speed limit.",
-        "Have an engineer check the scenario against the bench's limits.",
-    ),
-    "angle_limit": Wording(
-        "The bench stopped the run: the plate left the range of angles that the bench allows.",
-        "Check the homing and the mounting of the unit, then repeat.",
-    ),
-    "temperature_limit": Wording(
-        "The bench stopped the run: the housing is hotter than the bench allows.", "Let the unit cool, then repeat."
-    ),
-    "controller_fault": Wording(
-        "The controller reported a fault and left the run.", "Switch the controller off and on, then repeat."
-    ),
-    "host_late": Wording(
-        "The computer was not in time with its commands, and the controller's watchdog took the drive off.",
-        "Close what else runs on this computer, then repeat. This says nothing of the unit.",
-        True,
-    ),
-    "interlock_open": Wording(
-        "The interlock was open, so that the drive was switched off.", "Close the guard, then repeat the test."
-    ),
-    "interlock_silent": Wording(
-        "The bench stopped the run: nothing was heard of the interlock.",
-        "Check the device that reports the guard, and its message in the bench file, then repeat.",
-        True,
-    ),
-    "supply_window": Wording(
-        "The bench stopped the run: the supply left the scenario's window.",
-        "Check the supply and its cables, then repeat.",
-    ),
-    "condition_never_true": Wording(
-        "A phase timed out: its condition was never met.",
-        "Check what the scenario waits for, then repeat.",
-    ),
-    "stopped_by_answer": Wording(
-        "The run was ended by the operator's answer.", "Put right what was asked for, then repeat."
-    ),
-    "nobody_answered": Wording("Nobody answered the scenario's question.", "Repeat the test with somebody at it."),
-}
-
 _UNIT_DEFAULTS = {
     UnitVerdict.PASS: Wording("The unit is within its limits.", "Release the unit."),
-    UnitVerdict.FAIL: Wording("The unit is outside its limits.", _REPLACE),
+    UnitVerdict.FAIL: Wording("The unit is outside its limits.", REPLACE),
     UnitVerdict.INCONCLUSIVE: Wording("The run does not tell whether the unit is good.", "Repeat the test."),
 }
 _BENCH_DEFAULTS = {
@@ -367,9 +94,9 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
         one = _Shown(results.measurements.get(of))
         if ending == _BEYOND:
             todo = kind.too_high if one.is_high else kind.too_low
-            return Wording(f"{name} is {one}; the limit is {one.limit}.", _sentence(todo, ".") or _REPLACE)
+            return Wording(f"{name} is {one}; the limit is {one.limit}.", _sentence(todo, ".") or REPLACE)
         if ending == _UNDECIDED:
-            return Wording(f"{name} {one} is too close to its limit {one.limit} to tell.", _AGAIN)
+            return Wording(f"{name} {one} is too close to its limit {one.limit} to tell.", AGAIN)
         if ending == _WITHOUT_INTERVAL:
             unknown = f"Its uncertainty is unknown: the limit of {one.limit} was not applied."
             return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)
@@ -439,11 +166,11 @@ def spring_or_friction(results: RunResult) -> str:
     """
     if results.unit.verdict is not UnitVerdict.FAIL:
         return ""
-    standing = {one.id: one.verdict for one in results.measurements.values()}
+    verdicts = {one.id: one.verdict for one in results.measurements.values()}
     reasons = {results.unit.reason_id, *results.unit.also}
-    high = UnitVerdict.FAIL in (standing.get("T_st"), standing.get("T_c")) or reasons & _STICKS
-    good = standing.get("T_st") == standing.get("T_c") == UnitVerdict.PASS
-    short = standing.get("return_margin") == UnitVerdict.FAIL
+    high = UnitVerdict.FAIL in (verdicts.get("T_st"), verdicts.get("T_c")) or reasons & _STICKS
+    good = verdicts.get("T_st") == verdicts.get("T_c") == UnitVerdict.PASS
+    short = verdicts.get("return_margin") == UnitVerdict.FAIL
     if not (high or short):
         return ""
     stiction, margin = (results.measurements.value(name) for name in ("T_st", "return_margin"))

@@ -61,7 +61,7 @@ class FrameBlock:
             np.empty(0, np.uint8),
         )
 
-    def rows(self, part: slice | NDArray[np.bool_] | NDArray[np.intp]) -> FrameBlock:
+    def select(self, part: slice | NDArray[np.bool_] | NDArray[np.intp]) -> FrameBlock:
         """Return some of the frames."""
         return FrameBlock(
             self.stamp_ns[part],

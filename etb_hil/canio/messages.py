@@ -28,9 +28,9 @@ def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> Fra
     items = list(messages)
     width = 64 if any(m.is_fd for m in items) else 8
     data = np.zeros((len(items), width), np.uint8)
-    for row, m in enumerate(items):
+    for index, m in enumerate(items):
         if m.data:
-            data[row, : len(m.data)] = np.frombuffer(bytes(m.data), np.uint8)
+            data[index, : len(m.data)] = np.frombuffer(bytes(m.data), np.uint8)
     return FrameBlock(
         np.array([round(m.timestamp * 1e9) for m in items], np.int64),
         np.array([m.arbitration_id for m in items], np.uint32),
@@ -41,14 +41,14 @@ def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> Fra
     )
 
 
-def to_message(frames: FrameBlock, row: int) -> can.Message:
+def to_message(frames: FrameBlock, index: int) -> can.Message:
     """Return one frame as python-can's message."""
-    flags = int(frames.flags[row])
-    length = int(frames.length[row])
+    flags = int(frames.flags[index])
+    length = int(frames.length[index])
     remote = flags & _REMOTE != 0
     return can.Message(
-        timestamp=int(frames.stamp_ns[row]) * 1e-9,
-        arbitration_id=int(frames.ident[row]),
+        timestamp=int(frames.stamp_ns[index]) * 1e-9,
+        arbitration_id=int(frames.ident[index]),
         is_extended_id=flags & _EXTENDED != 0,
         is_remote_frame=remote,
         is_error_frame=flags & _ERROR != 0,
@@ -57,8 +57,8 @@ def to_message(frames: FrameBlock, row: int) -> can.Message:
         error_state_indicator=flags & _ERROR_STATE != 0,
         is_rx=flags & _SENT == 0,
         dlc=length,
-        data=None if remote else frames.data[row, :length].tobytes(),
-        channel=int(frames.channel[row]),
+        data=None if remote else frames.data[index, :length].tobytes(),
+        channel=int(frames.channel[index]),
     )
 
 

@@ -49,13 +49,13 @@ class RequestedValuesDecoder:
         Return the readings that they brought, a block an identifier.
         """
         requested = self._requested
-        for row in np.flatnonzero(np.isin(frames.ident, self._idents)):
-            flags = int(frames.flags[row])
+        for index in np.flatnonzero(np.isin(frames.ident, self._idents)):
+            flags = int(frames.flags[index])
             is_extended = bool(flags & FrameFlag.EXTENDED)
             if is_extended != requested.extended or flags & (FrameFlag.REMOTE | FrameFlag.ERROR):
                 continue
-            stamp_ns, ident = int(frames.stamp_ns[row]), int(frames.ident[row])
-            data = frames.data[row, : min(int(frames.length[row]), 8)].tobytes()
+            stamp_ns, ident = int(frames.stamp_ns[index]), int(frames.ident[index])
+            data = frames.data[index, : min(int(frames.length[index]), 8)].tobytes()
             if ident == requested.periodic:
                 self._take_periodic(stamp_ns, data)
             elif ident == requested.request:

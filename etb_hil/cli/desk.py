@@ -109,7 +109,7 @@ class Desk:
         """Raise BenchFault where the bench may not judge units now."""
         require_fit_bench(self.document.content, self.bench_name, serial, self._runs(serial), datetime.now(UTC))
 
-    def standing(self) -> str:
+    def why_unfit(self) -> str:
         """Return why the bench may not judge units now, or an empty text."""
         try:
             self.require_fit_bench("")

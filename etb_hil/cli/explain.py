@@ -86,8 +86,8 @@ def run(options: argparse.Namespace) -> int:
         if isinstance(reason, str):
             print(f"  {reason}")
     for cause in found.causes:
-        alike = f" (or {', '.join(cause.not_isolable_from)})" if cause.not_isolable_from else ""
-        print(f"  {cause.id}{alike}: {100.0 * cause.share_of_error:.0f} % of the error")
+        others = f" (or {', '.join(cause.not_isolable_from)})" if cause.not_isolable_from else ""
+        print(f"  {cause.id}{others}: {100.0 * cause.share_of_error:.0f} % of the error")
     if shared := one_component(found):
         print(f"  {shared}")
     for step in next_steps(found):

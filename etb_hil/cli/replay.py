@@ -10,7 +10,7 @@ from pathlib import Path
 
 from etb_hil.cli.ci_output import add_baseline_argument
 
-STRETCH_S = 60.0
+SEGMENT_S = 60.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--window", type=float, nargs=2, metavar=("START", "END"), help="seconds after the first frame")
     parser.add_argument("--join", action="store_true", help="the logs are parts of one recording, in order of time")
     parser.add_argument(
-        "--stretch", type=float, help=f"judge longer logs in segments of so many seconds (default: {STRETCH_S:g})"
+        "--segment", type=float, help=f"judge longer logs in segments of so many seconds (default: {SEGMENT_S:g})"
     )
     parser.add_argument("--onto", metavar="BENCH", help="send a log onto the bus of a bench file, and judge nothing")
     many = parser.add_argument_group("many logs")

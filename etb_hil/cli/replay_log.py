@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.lines import columns, say
-from etb_hil.cli.replay_options import against_baseline, baseline_of, stretch_of, units_of, window_of, worst
+from etb_hil.cli.replay_options import against_baseline, baseline_of, segment_length, units_of, window_of, worst
 from etb_hil.cli.replay_session import compared
-from etb_hil.replays.against import beside_session
+from etb_hil.replays.against import compare_with_session
 from etb_hil.replays.log_frames import Frames
-from etb_hil.replays.log_replay import LogJob, judge_stretches
+from etb_hil.replays.log_replay import LogJob, judge_segments
 from etb_hil.replays.outcome import rank
 from etb_hil.report.verdict import verdict_text
 
@@ -51,17 +51,17 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
     frames = Frames(options.sources, channel, window_of(options))
     job = LogJob(tuple(options.sources), files, files.read(), keep=options.against is not None)
     if options.against:
-        finished = beside_session(job, frames, options.against)
+        finished = compare_with_session(job, frames, options.against)
         print(verdict_text(finished.results, columns=columns()))
     else:
-        finished = _in_stretches(judge_stretches(job, frames, round(stretch_of(options) * 1e9)), frames)
+        finished = _in_segments(judge_segments(job, frames, round(segment_length(options) * 1e9)), frames)
     for note in frames.notes:
         say("Note", note)
     code = compared(options, finished) if options.against else finished.results.code
     return against_baseline(baseline, finished.results, code)
 
 
-def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
+def _in_segments(parts: Iterator[Finished], frames: Frames) -> Finished:
     """Print a verdict of a log, or a line a segment; return what decides.
 
     A short log has one verdict, a long one segments.

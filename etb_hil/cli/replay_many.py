@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.cli.progress_line import duration, progress_line
-from etb_hil.cli.replay_options import own_rules, stretch_of, units_of, window_of, worst
+from etb_hil.cli.replay_options import own_rules, segment_length, units_of, window_of, worst
 from etb_hil.replays.many_logs import judge_many, tasks_for
 from etb_hil.replays.outcome import JUDGED
 from etb_hil.replays.parquet import write_parquet
@@ -28,7 +28,9 @@ def replay_many(options: argparse.Namespace) -> int:
     Return the worst exit code.
     """
     pool = DaskWorkers(options.dask) if options.dask else LocalProcesses(options.jobs)  # a wrong address is said first
-    tasks = tasks_for(options.sources, units_of(options), *own_rules(options), stretch_of(options), window_of(options))
+    tasks = tasks_for(
+        options.sources, units_of(options), *own_rules(options), segment_length(options), window_of(options)
+    )
     folder = options.out or Path("replays")
     with progress_line() as line:
 

@@ -12,7 +12,7 @@ from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.cli.ci_output import held_against
-from etb_hil.replays.log_replay import STRETCH_S
+from etb_hil.replays.log_replay import SEGMENT_S
 from etb_hil.replays.session_replay import RuleFiles, rule_files
 from etb_hil.replays.window import Window
 from etb_hil.session.baseline import compare, load_baseline
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from etb_hil.session.baseline import Baseline
 
 _EVERY = (
-    "bench", "channel", "model", "limits", "observer", "against", "baseline", "window", "join", "stretch", "onto",
+    "bench", "channel", "model", "limits", "observer", "against", "baseline", "window", "join", "segment", "onto",
     "jobs", "dask", "out",
 )  # fmt: skip
 # of what is asked for: the options that go with it, and what to do about others
 _KINDS = {
     "--onto": ({"onto", "channel", "window", "join"}, "nothing is judged: leave it away"),
     "--jobs or --dask": (
-        {"bench", "channel", "model", "limits", "window", "stretch", "jobs", "dask", "out"},
+        {"bench", "channel", "model", "limits", "window", "segment", "jobs", "dask", "out"},
         "each source is judged by itself: leave it away, or judge without --jobs and --dask",
     ),
     "a session": (
@@ -47,7 +47,7 @@ _KINDS = {
         "what is compared is judged as a whole: leave it away",
     ),
     "a log": (
-        {"bench", "channel", "model", "limits", "observer", "baseline", "window", "join", "stretch"},
+        {"bench", "channel", "model", "limits", "observer", "baseline", "window", "join", "segment"},
         "it is of many logs: add --jobs N, or leave it away",
     ),
 }
@@ -95,7 +95,7 @@ def _misplaced(options: argparse.Namespace) -> Iterable[Problem]:
     if kind == "--jobs or --dask":
         if options.jobs is not None and options.dask:
             yield Problem("--jobs and --dask are two places to work at", remedy="give one of them")
-        of_logs = [f"--{name}" for name in ("bench", "channel", "stretch") if getattr(options, name) is not None]
+        of_logs = [f"--{name}" for name in ("bench", "channel", "segment") if getattr(options, name) is not None]
         if of_logs and all(map(is_session, options.sources)):
             yield Problem(f"{', '.join(of_logs)}: there are sessions alone", remedy=_KINDS["a session"][1])
     units = max(len(options.bench or []), 1) * max(len(options.channel or []), 1)
@@ -106,8 +106,8 @@ def _misplaced(options: argparse.Namespace) -> Iterable[Problem]:
 def _values(options: argparse.Namespace) -> Iterable[Problem]:
     if options.jobs is not None and options.jobs < 1:
         yield Problem("--jobs must be a positive number of processes", value=options.jobs, allowed="1 or more")
-    if options.stretch is not None and not 1.0 <= options.stretch < 1e9:  # nan, too
-        yield Problem("--stretch is too short or too long", value=options.stretch, allowed="1 s or more")
+    if options.segment is not None and not 1.0 <= options.segment < 1e9:  # nan, too
+        yield Problem("--segment is too short or too long", value=options.segment, allowed="1 s or more")
     if options.window is not None and not 0.0 <= options.window[0] < options.window[1] < 1e9:
         yield Problem("--window must begin before it ends", value=options.window, allowed="0 <= START < END, in s")
     for channel in options.channel or []:
@@ -181,6 +181,6 @@ def window_of(options: argparse.Namespace) -> Window | None:
     return Window(round(start * 1e9), round(end * 1e9))
 
 
-def stretch_of(options: argparse.Namespace) -> float:
+def segment_length(options: argparse.Namespace) -> float:
     """Return how many seconds are judged at once."""
-    return STRETCH_S if options.stretch is None else float(options.stretch)
+    return SEGMENT_S if options.segment is None else float(options.segment)

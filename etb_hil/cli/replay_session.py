@@ -9,7 +9,7 @@ from etb_hil.cli.lines import columns, say
 from etb_hil.cli.replay_options import against_baseline, baseline_of, own_rules, window_of
 from etb_hil.replays.session_replay import replay
 from etb_hil.report.verdict import verdict_text
-from etb_hil.session.differences import beside_live, changes, changes_text, first_divergence
+from etb_hil.session.differences import changes, changes_text, compare_with_live, first_divergence
 
 if TYPE_CHECKING:
     import argparse
@@ -25,10 +25,10 @@ def replay_session(options: argparse.Namespace) -> int:
     print(verdict_text(finished.results, columns=columns()))
     for note in finished.analysis.recording.notes:
         say("Note", note)
-    return against_baseline(baseline, finished.results, _beside(options, finished))
+    return against_baseline(baseline, finished.results, _compared(options, finished))
 
 
-def _beside(options: argparse.Namespace, finished: Finished) -> int:
+def _compared(options: argparse.Namespace, finished: Finished) -> int:
     """Print how a judgement differs from the live one; return the exit code.
 
     It may also be compared with another session.
@@ -44,7 +44,7 @@ def _beside(options: argparse.Namespace, finished: Finished) -> int:
     elif other:
         print(changes_text(changes(finished.session.read_results(), finished.results)))
     else:
-        found, code = beside_live(finished)
+        found, code = compare_with_live(finished)
         say("", "The same results as live, bit for bit." if found is None else f"Differs from live: {found}")
         return code
     return finished.results.code

@@ -88,7 +88,7 @@ def _queue(units: Units, time_limit: TimeLimit) -> ExitCode:
     if units.desk is None:
         with time_limit:
             units.screen_for("")
-    elif units.attended and (unfit := units.desk.standing()):
+    elif units.attended and (unfit := units.desk.why_unfit()):
         print(wrapped(f"The bench may not judge units: {unfit}."))
 
     def run_in_time(serial: str, before: str) -> tuple[RunResult, ExitCode, bool]:

@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
         start_angle=options.start_angle,
     )
     found.write(options.out)
-    rows = len(found[found.roles[0]].time_ns)
-    print(f"{options.out}: {rows} rows over {found.duration:.3f} s of '{unit.name}'")
+    samples = len(found[found.roles[0]].time_ns)
+    print(f"{options.out}: {samples} samples over {found.duration:.3f} s of '{unit.name}'")
     print(f"columns: time_s, {', '.join(map(column_name, found.roles))}")
     return 0

@@ -129,7 +129,7 @@ def _roles(found: dict[str, list[Proposal]], best: dict[str, list[Proposal]]) ->
             yield f"  #{role}: {signal}\n"
             continue
         shown = active or (a_message_each(guesses) if role == "sample_counter" else guesses[:1])
-        yield from _comment(_sentence(shown[0].grounds) + ("" if active else f" {_doubt(role, len(guesses))}"))
+        yield from _comment(_sentence(shown[0].grounds) + ("" if active else f" {_why_unsure(role, len(guesses))}"))
         entries = [_plain(guess.entry) for guess in shown]
         entry = entries[0] if len(entries) == 1 else f"[{', '.join(entries)}]"
         yield f"  {'' if active else '#'}{role}: {entry}\n"
@@ -152,7 +152,7 @@ def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _doubt(role: str, count: int) -> str:
+def _why_unsure(role: str, count: int) -> str:
     """Return why a proposal is not active."""
     if role in COMMANDED:
         return "It commands the controller: confirm it first."

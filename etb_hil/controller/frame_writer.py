@@ -115,7 +115,7 @@ class FrameWriter:
             stamp_ns, ident, flags, length, data,
         )  # fmt: skip
         block = FrameBlock(stamp_ns, ident, flags, length, data, channel)
-        return block if count == most else block.rows(slice(0, count))
+        return block if count == most else block.select(slice(0, count))
 
     def plain(self, stamp_ns: int, ident: int, extended: bool, payloads: list[bytes]) -> FrameBlock:
         """Return classic frames with one identifier and given data.
@@ -250,14 +250,14 @@ def _write(
 
 
 @njit(cache=True, error_model="numpy")
-def _sample_values(row: Sample, tick_ns: int, values: Float64) -> None:
-    values[_COUNTER] = row.tick * TICK_NS // tick_ns
-    values[2], values[3], values[4] = row.voltage, row.track, row.track_2
-    values[_CURRENT : _CURRENT + BURST_SAMPLES] = row.current
-    values[_ANGLE : _ANGLE + BURST_SAMPLES] = row.motor_angle
+def _sample_values(sample: Sample, tick_ns: int, values: Float64) -> None:
+    values[_COUNTER] = sample.tick * TICK_NS // tick_ns
+    values[2], values[3], values[4] = sample.voltage, sample.track, sample.track_2
+    values[_CURRENT : _CURRENT + BURST_SAMPLES] = sample.current
+    values[_ANGLE : _ANGLE + BURST_SAMPLES] = sample.motor_angle
 
 
 @njit(cache=True, error_model="numpy")
-def _status_values(row: Status, values: Float64) -> None:
-    values[5], values[6], values[7] = row.mode, row.enable, row.faults
-    values[8], values[9], values[10] = row.temperature, row.supply, row.tick * (TICK_NS * 1e-9)
+def _status_values(status: Status, values: Float64) -> None:
+    values[5], values[6], values[7] = status.mode, status.enable, status.faults
+    values[8], values[9], values[10] = status.temperature, status.supply, status.tick * (TICK_NS * 1e-9)

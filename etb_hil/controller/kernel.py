@@ -68,7 +68,7 @@ def run_ticks(
     `s`, `settings`, `sheet` are records (`state.record`); `plant` is the integrator's state; `unit`, `nominal` are
     parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin;
     `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the next three are written to and
-    have room for one row a tick, a status and a control tick; `burst` is room for a frame that is under way.
+    have room for one sample a tick, a status and a control tick; `burst` is room for a frame that is under way.
     """
     used = sampled = stated = switched = 0
     while s.tick < end_tick:
@@ -81,9 +81,9 @@ def run_ticks(
             switched_now = _control(s, settings, sheet, plant, unit, nominal, now_ns)
             monitors.watch(s, nominal)
             if switched_now:
-                row = switches[switched]
-                row.tick, row.on, row.mode = s.tick, s.driving, s.mode
-                row.faults, row.command_ns = s.faults, s.command_ns
+                switch = switches[switched]
+                switch.tick, switch.on, switch.mode = s.tick, s.driving, s.mode
+                switch.faults, switch.command_ns = s.faults, s.command_ns
                 switched += 1
             if s.tick % STATUS_TICKS == 0:
                 _warm(s, settings, unit, laws)
@@ -154,10 +154,12 @@ def _show_refusals(s: State) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample, burst: NDArray[np.float64]) -> bool:
+def _sample(
+    s: State, plant: Vector, unit: Vector, sheet: DataSheet, sample: Sample, burst: NDArray[np.float64]
+) -> bool:
     """Sample this instant.
 
-    Return whether it completed the row, which only the last one of a burst does.
+    Return whether it completed the sample, which only the last one of a burst does.
 
     The voltage is the one that the bridge gives from this instant on.
     """
@@ -169,9 +171,9 @@ def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample
         burst[2, 1], burst[2, 2] = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
     if s.burst and index < BURST_SAMPLES - 1:
         return False
-    row.tick, row.last_tick, row.signals, row.burst = s.tick - index, s.tick, s.signals, s.burst
-    row.current[:], row.motor_angle[:] = burst[0], burst[1]
-    row.voltage, row.track, row.track_2 = burst[2, 0], burst[2, 1], burst[2, 2]
+    sample.tick, sample.last_tick, sample.signals, sample.burst = s.tick - index, s.tick, s.signals, s.burst
+    sample.current[:], sample.motor_angle[:] = burst[0], burst[1]
+    sample.voltage, sample.track, sample.track_2 = burst[2, 0], burst[2, 1], burst[2, 2]
     return True
 
 
@@ -197,6 +199,6 @@ def _warm(s: State, settings: Settings, unit: Vector, laws: NDArray[np.float64])
 
 
 @njit(cache=True, error_model="numpy")
-def _state(s: State, unit: Vector, row: Status) -> None:
-    row.tick, row.mode, row.enable, row.faults = s.tick, s.mode, s.driving, s.faults
-    row.temperature, row.supply = s.temperature, unit[SUPPLY_VOLTAGE]
+def _state(s: State, unit: Vector, status: Status) -> None:
+    status.tick, status.mode, status.enable, status.faults = s.tick, s.mode, s.driving, s.faults
+    status.temperature, status.supply = s.temperature, unit[SUPPLY_VOLTAGE]

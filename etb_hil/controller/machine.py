@@ -115,7 +115,7 @@ class Machine:
         self._laws = np.stack([base, change])
         self._unit = base.copy()
         self._nominal = known.vector()
-        self._rows = (
+        self._records_out = (
             record(Sample, _SLICE_TICKS + 1),
             record(Status, _SLICE_TICKS // STATUS_TICKS + 1),
             record(Switch, _SLICE_TICKS // CONTROL_TICKS + 1),
@@ -227,13 +227,13 @@ class Machine:
             slice_end = min(end, tick + _SLICE_TICKS)
             taken, sampled, stated, switched = run_ticks(
                 slice_end, *self._records, self._plant, self._laws, self._unit, self._nominal,
-                event_ns[used:], event[used:], *self._rows, self._burst,
+                event_ns[used:], event[used:], *self._records_out, self._burst,
             )  # fmt: skip
             used += taken
-            samples, statuses, switches = self._rows
-            rows = samples[:sampled], statuses[:stated], switches[:switched]
+            samples, statuses, switches = self._records_out
+            parts = samples[:sampled], statuses[:stated], switches[:switched]
             is_whole = slice_end == end and not outputs
-            outputs.append(Output(*rows) if is_whole else Output(*(part.copy() for part in rows)))
+            outputs.append(Output(*parts) if is_whole else Output(*(part.copy() for part in parts)))
         return used, outputs
 
 

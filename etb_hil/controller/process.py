@@ -115,7 +115,7 @@ def _received(link: Link, fault: BenchFault | None) -> tuple[FrameBlock | None, 
     except BenchFault as gone:
         return None, gone
     others = frames.flags & FrameFlag.SENT == 0
-    return (frames if others.all() else frames.rows(others)), None
+    return (frames if others.all() else frames.select(others)), None
 
 
 def _sent(link: Link, frames: FrameBlock) -> BenchFault | None:

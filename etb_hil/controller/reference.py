@@ -35,8 +35,8 @@ def restart(s: State, now_ns: int) -> None:
     s.position = s.start_position = s.end_position = s.measured_position
     s.velocity = s.start_velocity = s.end_velocity = s.measured_velocity
     s.acceleration = 0.0
-    s.stretch_ns = now_ns
-    s.stretch = s.interval
+    s.segment_ns = now_ns
+    s.segment = s.interval
 
 
 @njit(cache=True, error_model="numpy")
@@ -50,8 +50,8 @@ def aim(s: State, stamp_ns: int, position: float, velocity: float) -> None:
     else:
         s.start_velocity, _ = _line(s, stamp_ns)
     s.end_position, s.end_velocity = position, velocity
-    s.stretch_ns = stamp_ns
-    s.stretch = min(max(s.interval, SHORTEST), LONGEST)
+    s.segment_ns = stamp_ns
+    s.segment = min(max(s.interval, SHORTEST), LONGEST)
 
 
 @njit(cache=True, error_model="numpy")
@@ -75,24 +75,24 @@ def step(s: State, settings: Settings, nominal: Vector, now_ns: int) -> None:
 @njit(cache=True, error_model="numpy")
 def _cubic(s: State, at_ns: int) -> tuple[float, float, float]:
     """Return position, velocity and acceleration of the present segment at an instant."""
-    t = (at_ns - s.stretch_ns) * 1e-9
-    if t >= s.stretch:
-        return s.end_position + s.end_velocity * (t - s.stretch), s.end_velocity, 0.0
-    u = t / s.stretch
-    way = (s.end_position - s.start_position) / s.stretch
+    t = (at_ns - s.segment_ns) * 1e-9
+    if t >= s.segment:
+        return s.end_position + s.end_velocity * (t - s.segment), s.end_velocity, 0.0
+    u = t / s.segment
+    way = (s.end_position - s.start_position) / s.segment
     a = s.start_velocity + s.end_velocity - 2.0 * way
     b = 3.0 * way - 2.0 * s.start_velocity - s.end_velocity
-    position = s.start_position + s.stretch * u * (s.start_velocity + u * (b + u * a))
-    return position, s.start_velocity + u * (2.0 * b + 3.0 * u * a), (2.0 * b + 6.0 * u * a) / s.stretch
+    position = s.start_position + s.segment * u * (s.start_velocity + u * (b + u * a))
+    return position, s.start_velocity + u * (2.0 * b + 3.0 * u * a), (2.0 * b + 6.0 * u * a) / s.segment
 
 
 @njit(cache=True, error_model="numpy")
 def _line(s: State, at_ns: int) -> tuple[float, float]:
     """Return velocity and acceleration of the present segment at an instant."""
-    t = (at_ns - s.stretch_ns) * 1e-9
-    if t >= s.stretch:
+    t = (at_ns - s.segment_ns) * 1e-9
+    if t >= s.segment:
         return s.end_velocity, 0.0
-    slope = (s.end_velocity - s.start_velocity) / s.stretch
+    slope = (s.end_velocity - s.start_velocity) / s.segment
     return s.start_velocity + slope * t, slope
 
 

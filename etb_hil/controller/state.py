@@ -1,6 +1,6 @@
 """What the controller remembers from tick to tick, and its constants.
 
-The classes below are the fields of records: rows of a numpy array that compiled code reads and writes by name.
+The classes below are the fields of records: elements of a numpy array that compiled code reads and writes by name.
 Ticks count 50 us from power-on; angles are at the throttle shaft and in rad unless a field says otherwise.
 """
 
@@ -64,8 +64,8 @@ class State:
     interval: float  # s between good commands, smoothed
     setpoint_voltage: float
     # a segment of the reference: from where it was to the newest set-point
-    stretch_ns: int
-    stretch: float  # s
+    segment_ns: int
+    segment: float  # s
     start_position: float
     start_velocity: float
     end_position: float
@@ -174,8 +174,8 @@ class Switch:
     command_ns: int
 
 
-def record(kind: type, rows: int = 1) -> NDArray[np.void]:
-    """Return zeroed rows (n) with the fields of one of the classes above.
+def record(kind: type, count: int = 1) -> NDArray[np.void]:
+    """Return zeroed records (n) with the fields of one of the classes above.
 
     Fields are int64, float64 and float64 (m).
     """
@@ -185,4 +185,4 @@ def record(kind: type, rows: int = 1) -> NDArray[np.void]:
             fields.append((name, np.int64 if hint is int else np.float64, ()))
         else:
             fields.append((name, np.float64, (get_args(hint)[1],)))
-    return np.zeros(rows, np.dtype(fields, align=True))
+    return np.zeros(count, np.dtype(fields, align=True))

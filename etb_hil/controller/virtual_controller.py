@@ -152,19 +152,19 @@ class VirtualController:
         blocks = []
         for output in outputs:
             blocks.append(self._writer.frames(output.samples, output.statuses))
-            for row in output.switches:
-                self._note(row)
+            for switch in output.switches:
+                self._note(switch)
         return blocks
 
-    def _note(self, row: np.void) -> None:
-        self.driving = bool(row["on"])
+    def _note(self, switch: np.void) -> None:
+        self.driving = bool(switch["on"])
         if self._on_switch is None:
             return
-        faults = Fault(int(row["faults"]) & LATCHED)
-        reason = faults.name or "" if faults else "limp-home" if row["mode"] == Mode.LIMP_HOME else "command"
-        tick = int(row["tick"])
+        faults = Fault(int(switch["faults"]) & LATCHED)
+        reason = faults.name or "" if faults else "limp-home" if switch["mode"] == Mode.LIMP_HOME else "command"
+        tick = int(switch["tick"])
         stamp_ns = self.start_ns + tick * TICK_NS
         time_s = tick * TICK_NS * 1e-9
         self._on_switch(
-            DriveSwitch(self.driving, stamp_ns, time_s, int(row["command_ns"]), reason.lower().replace("_", "-"))
+            DriveSwitch(self.driving, stamp_ns, time_s, int(switch["command_ns"]), reason.lower().replace("_", "-"))
         )

@@ -103,46 +103,47 @@ class Diagnosis:
         self._lowest, self._highest, self._highest_current = math.inf, -math.inf, 0.0
         self._start_ns: int | None = None
 
-    def push(self, rows: SampleBlock, phase: RunPhase) -> None:
-        """Take rows of a phase.
+    def push(self, samples: SampleBlock, phase: RunPhase) -> None:
+        """Take samples of a phase.
 
         Roles `motor_current` and `motor_angle` are needed, `motor_voltage`, `throttle_angle` and `temperature` are used
         where they are there. KeyError where a needed role is missing.
         """
-        if not len(rows):
+        if not len(samples):
             return
         if self._start_ns is None:
-            self._start_ns = int(rows.time_ns[0])
-        self._cover(rows, phase)
+            self._start_ns = int(samples.time_ns[0])
+        self._cover(samples, phase)
         self._phases.add(phase.kind)
-        self._roles |= {r for r, column in rows.columns.items() if r not in self._roles and np.isfinite(column).any()}
-        missing = np.full(len(rows), np.nan)
-        current, motor_angle = rows.columns["motor_current"], rows.columns["motor_angle"]
-        temperature = rows.columns.get("temperature", missing)
+        unseen = {role: column for role, column in samples.columns.items() if role not in self._roles}
+        self._roles |= {role for role, column in unseen.items() if np.isfinite(column).any()}
+        missing = np.full(len(samples), np.nan)
+        current, motor_angle = samples.columns["motor_current"], samples.columns["motor_angle"]
+        temperature = samples.columns.get("temperature", missing)
         encoder = motor_angle / self._gear_ratio
-        plate_less_encoder = rows.columns.get("throttle_angle", missing) - encoder
+        plate_less_encoder = samples.columns.get("throttle_angle", missing) - encoder
         if phase.use is Use.ZERO:
             if self._meter is None:
                 self._meter = ZeroMeter()
-            self._meter.push(rows.time_ns, current, plate_less_encoder, temperature)
+            self._meter.push(samples.time_ns, current, plate_less_encoder, temperature)
             return
         running = self._start_or_go_on(plate_less_encoder)
         angle = encoder + (self._zero.angle or 0.0)
         true_current = current - self._zero.current if self._zero.is_measured else current
-        voltage = rows.columns.get("motor_voltage", missing)
+        voltage = samples.columns.get("motor_voltage", missing)
         if running.compensation is not None:
             true_current, angle, voltage = running.compensation.push(
-                rows.time_ns, true_current, angle, voltage, temperature
+                samples.time_ns, true_current, angle, voltage, temperature
             )
-        estimate = running.observer.push(rows.time_ns, true_current, angle)
+        estimate = running.observer.push(samples.time_ns, true_current, angle)
         self._segments.push(
             phase,
-            np.asarray((rows.time_ns - self._start_ns) * 1e-9, np.float64),
-            {**rows.columns, "angle": angle, "motor_current": true_current},
+            np.asarray((samples.time_ns - self._start_ns) * 1e-9, np.float64),
+            {**samples.columns, "angle": angle, "motor_current": true_current},
         )
         judged = JUDGED if phase.use is Use.FITTED else 0
         self._ticks.push(
-            rows.time_ns,
+            samples.time_ns,
             angle,
             true_current,
             voltage,
@@ -154,7 +155,7 @@ class Diagnosis:
         if phase.is_watched:
             running.tally.push(true_current, angle, estimate.velocity, estimate.friction, estimate.delay_ns)
             running.detector.push(
-                rows.time_ns,
+                samples.time_ns,
                 true_current,
                 angle,
                 temperature,
@@ -315,10 +316,10 @@ class Diagnosis:
     def _detectors(self) -> list[ExceedanceDetector]:
         return self._finished if self._running is None else [*self._finished, self._running.detector]
 
-    def _cover(self, rows: SampleBlock, phase: RunPhase) -> None:
+    def _cover(self, samples: SampleBlock, phase: RunPhase) -> None:
         """Count lost samples and follow gaps, in phases of motion and at their edges."""
-        before_ns, before = self._last if self._last is not None else (int(rows.time_ns[0]), phase)
-        lost, gap = rows.lost_before, np.diff(rows.time_ns, prepend=before_ns)
+        before_ns, before = self._last if self._last is not None else (int(samples.time_ns[0]), phase)
+        lost, gap = samples.lost_before, np.diff(samples.time_ns, prepend=before_ns)
         if before.is_watched and not phase.is_watched:
             lost, gap = lost[:1], gap[:1]
         if before.is_watched or phase.is_watched:
@@ -327,7 +328,7 @@ class Diagnosis:
                 self._longest_gap = int(gap.max())
                 at_edge = int(np.argmax(gap)) == 0 and before.is_watched
                 self._gap_in = before.kind if at_edge else phase.kind
-        self._last = (int(rows.time_ns[-1]), phase)
+        self._last = (int(samples.time_ns[-1]), phase)
 
     def _count(self, angle: Float64, current: Float64) -> None:
         self._samples += len(angle)

@@ -145,10 +145,12 @@ def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit)
     springs = (np.sign(velocity) / level)[:, None] * evidence.errors[shown, 1:]
     middle, half = 0.5 * float(time.max() + time.min()), 0.5 * float(time.max() - time.min())
     share = (time - middle) / half
-    alike = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
-    excess, stretch = excess_of(evidence, fit)[shown], evidence.cluster[shown]
-    line = _fitted(np.concatenate([share[:, None], alike, springs], axis=1), excess, stretch)
-    bend = _fitted(np.concatenate([(share * share)[:, None], share[:, None], alike, springs], axis=1), excess, stretch)
+    by_speed = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
+    excess, segment = excess_of(evidence, fit)[shown], evidence.cluster[shown]
+    line = _fitted(np.concatenate([share[:, None], by_speed, springs], axis=1), excess, segment)
+    bend = _fitted(
+        np.concatenate([(share * share)[:, None], share[:, None], by_speed, springs], axis=1), excess, segment
+    )
     if line is None or bend is None:
         return None
     is_bent = abs(bend[0]) > _SURE * bend[1]
@@ -156,7 +158,7 @@ def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit)
     return Drift(line[0] / half, line[1] / half, middle, first, last, is_bent)
 
 
-def _fitted(columns: Float64, values: Float64, stretch: Int64) -> tuple[float, float] | None:
+def _fitted(columns: Float64, values: Float64, segment: Int64) -> tuple[float, float] | None:
     """Return the coefficient of the first column, with its standard error.
 
     The values (m) are fitted by the columns (m, p). None where the data leave the coefficient open.
@@ -165,7 +167,7 @@ def _fitted(columns: Float64, values: Float64, stretch: Int64) -> tuple[float, f
     held = _LEAST * np.eye(columns.shape[1])
     matrix, vector = accumulate(columns, values, weight)
     solution = times(inverse(matrix + held), vector)
-    spread = Spread(segment_bootstrap(columns, values - times(columns, solution), weight, stretch, held), 0.0 * held)
+    spread = Spread(segment_bootstrap(columns, values - times(columns, solution), weight, segment, held), 0.0 * held)
     if not (spread.is_finite and np.all(np.isfinite(solution))):
         return None
     return float(solution[0]), spread.reach(np.eye(len(held))[0]) / TWO_SIDED_95

@@ -60,7 +60,7 @@ _BASE_ROWS = 50
 class _Bounds:
     """What the compiled pass compares with."""
 
-    equal: int  # readings alike in a row
+    equal: int  # equal readings in a row
     acceleration: float  # rad/s²
     step: float  # rad of an encoder's count
     low: float
@@ -102,26 +102,27 @@ class Plausibility:
         """
         self._asks.append((stamp_ns, round(1e9 / rate) if rate > 0.0 else 0))
 
-    def push(self, rows: SampleBlock, phase: int, *, moving: bool) -> None:
-        """Take rows of the phase with this number; `moving` where its motion is judged."""
-        while self._asks and (cut := int(np.searchsorted(rows.stamp_ns, self._asks[0][0]))) < len(rows):
-            self._look(rows.rows(slice(cut)), phase, moving=moving)
-            rows = rows.rows(slice(cut, None))
+    def push(self, samples: SampleBlock, phase: int, *, moving: bool) -> None:
+        """Take samples of the phase with this number; `moving` where its motion is judged."""
+        while self._asks and (cut := int(np.searchsorted(samples.stamp_ns, self._asks[0][0]))) < len(samples):
+            self._look(samples.select(slice(cut)), phase, moving=moving)
+            samples = samples.select(slice(cut, None))
             self._check_rate()
             asked_at, self._asked_ns = self._asks.pop(0)
             self._asked_from_ns = asked_at + _SETTLE_NS
             self._ints[_SHORTEST] = _NONE
-        self._look(rows, phase, moving=moving)
+        self._look(samples, phase, moving=moving)
 
-    def _look(self, rows: SampleBlock, phase: int, *, moving: bool) -> None:
-        missing = np.full(len(rows), np.nan)
-        columns = rows.columns
+    def _look(self, samples: SampleBlock, phase: int, *, moving: bool) -> None:
+        missing = np.full(len(samples), np.nan)
+        columns = samples.columns
         encoder = columns["motor_angle"] / self._gear_ratio
-        out = np.empty((len(rows), WINDOW))
+        out = np.empty((len(samples), WINDOW))
         b = self._bounds
         closed = _watch(
-            rows.time_ns, rows.stamp_ns, columns["motor_current"], encoder, columns.get("throttle_angle", missing),
-            columns.get("throttle_angle_2", missing), columns.get("motor_voltage", missing),
+            samples.time_ns, samples.stamp_ns, columns["motor_current"], encoder,
+            columns.get("throttle_angle", missing), columns.get("throttle_angle_2", missing),
+            columns.get("motor_voltage", missing),
             columns.get("command_mode", missing) == Mode.OFF, phase, moving,
             self._asked_from_ns, b.equal, b.acceleration, b.step, b.low, b.high, self._floats, self._ints, out,
         )  # fmt: skip

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Reason:
     """A reason for a verdict: an id for programs, words with values for people.
 
-    What to do next follows from the id: `etb_hil.bench.wording`.
+    What to do next follows from the id: `etb_hil.bench.unit_reasons`.
     """
 
     id: str

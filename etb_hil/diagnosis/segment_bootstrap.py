@@ -71,12 +71,12 @@ def segment_bootstrap(jacobian: Float64, residual: Float64, weight: Float64, clu
     nothing but how many segments there are. Few of them scatter less than the truth does: steps are stretched by what
     Student's interval of a mean has over the bootstrap's (Hesterberg 2015, expanded percentiles).
     """
-    stretches = _sums(jacobian, residual, weight, cluster)
-    count = len(stretches)
+    segments = _sums(jacobian, residual, weight, cluster)
+    count = len(segments)
     if count < _FEWEST:
         return np.full((_DRAWS, len(prior)), np.nan)
     few = float(student(count - 1)) / TWO_SIDED_95 * math.sqrt(count / (count - 1.0))
-    steps: Float64 = few * _drawn(stretches, prior)
+    steps: Float64 = few * _drawn(segments, prior)
     return steps
 
 
@@ -106,10 +106,10 @@ def _sums(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64)
 
 
 @njit(cache=True, error_model="numpy")
-def _drawn(stretches: Float64, prior: Float64) -> Float64:
-    count, columns = len(stretches), len(prior)
+def _drawn(segments: Float64, prior: Float64) -> Float64:
+    count, columns = len(segments), len(prior)
     steps = np.empty((_DRAWS, columns))
-    total, matrix = np.empty(stretches.shape[1]), np.empty((columns, columns))
+    total, matrix = np.empty(segments.shape[1]), np.empty((columns, columns))
     times_drawn = np.empty(count)
     for draw in range(_DRAWS):
         times_drawn[:] = 0.0
@@ -119,7 +119,7 @@ def _drawn(stretches: Float64, prior: Float64) -> Float64:
         for k in range(count):
             if times_drawn[k] > 0.0:
                 for place in range(len(total)):
-                    total[place] += times_drawn[k] * stretches[k, place]
+                    total[place] += times_drawn[k] * segments[k, place]
         place = 0
         for a in range(columns):
             for b in range(a + 1):

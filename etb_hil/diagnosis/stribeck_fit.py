@@ -163,11 +163,11 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     None where none of them comes to an end.
     """
     best: tuple[float, Float64] | None = None
-    alike = np.zeros(len(windows), np.int64)
+    one_kind = np.zeros(len(windows), np.int64)
     for factor in _STARTS:
         known = None if best is None else best[1]
         start = start_of(evidence, prior, factor)
-        found = _descend(ticks, windows, evidence, prior, start, known, alike, LITTLE)
+        found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
     return None if best is None else refit(ticks, windows, evidence, prior, best[1])
@@ -179,16 +179,16 @@ def refit(
     evidence: Evidence,
     prior: Prior,
     start: Float64,
-    alike: Float64 | None = None,
+    kinds_at: Float64 | None = None,
     little: float = 0.0,
 ) -> StribeckFit | None:
     """Fit from parameters (18) that are near already, windows weighed by kind.
 
-    None where that comes to no end. Kinds are those by the parameters `alike`, by default those of the start. A descent
-    that lowers -2 log posterior density by no more than `little` has come to its end.
+    None where the descent does not converge. Kinds are those at the parameters `kinds_at`, by default at the start. A
+    descent that lowers -2 log posterior density by no more than `little` has converged.
     """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
-    kind = _kinds(ticks, windows, start if alike is None else alike)
+    kind = _kinds(ticks, windows, start if kinds_at is None else kinds_at)
     weighed = _descend(ticks, windows, evidence, prior, start, None, kind, little)
     return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
 

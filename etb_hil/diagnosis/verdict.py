@@ -272,7 +272,7 @@ def _not_seen(grounds: Grounds) -> list[Reason]:
     text = (
         f"from {math.degrees(unseen.start):.1f} to {math.degrees(unseen.end):.1f} deg, {unseen.share:.0%} of "
         "its way, the plate did not slide "
-        f"slowly in both directions; at most {MOST_UNSEEN:.0%} at a stretch may stay unseen"
+        f"slowly in both directions; at most {MOST_UNSEEN:.0%} in one segment may stay unseen"
     )
     return [Reason("places_not_seen", text)]
 

@@ -36,7 +36,7 @@ class NumberHistory:
 
     `values` (n) as measured, `compared` (n) without temperature where known.
 
-    `compared` is NaN where the law does not carry to 20 degC, and may be off by `doubt` (n) where it does, 95 %.
+    `compared` is NaN where the law does not carry to 20 degC, and may be off by `uncertainty` (n) where it does, 95 %.
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
     their latest runs, one value a unit. `shape` is their distribution: on it rest the capability and `tolerance_limit`,
     which less than 1 % of their like exceed, with 95 % confidence. What the runs cannot tell is None.
@@ -48,7 +48,7 @@ class NumberHistory:
     at: list[int]
     values: Float64
     compared: Float64
-    doubt: Float64
+    uncertainty: Float64
     temperature: TemperatureEffect | None
     charted: list[str]
     chart: ControlChart | None
@@ -80,7 +80,7 @@ class History:
 
         Without a law, those are left that were measured at just that temperature.
         """
-        known = zip(number.at, number.compared.tolist(), number.doubt.tolist(), strict=True)
+        known = zip(number.at, number.compared.tolist(), number.uncertainty.tolist(), strict=True)
         is_known = number.temperature is not None
         return {k: (value, off) for k, value, off in known if is_known or self.runs[k].temperature == REFERENCE}
 
@@ -132,12 +132,12 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     if stiction is None:
         effect = laws.together() if is_friction else None
         compared = values if effect is None else effect.taken_out(values, warmth)
-        doubt = np.zeros(len(at)) if effect is None else compared * effect.doubt(warmth - REFERENCE)
+        uncertainty = np.zeros(len(at)) if effect is None else compared * effect.uncertainty(warmth - REFERENCE)
     else:
         effect = stiction.temperature
         moved = np.full((2, len(runs)), np.nan)
-        moved[:, stiction.at] = stiction.values - stiction.compared, stiction.doubt
-        compared, doubt = values + moved[0, at], moved[1, at]
+        moved[:, stiction.at] = stiction.values - stiction.compared, stiction.uncertainty
+        compared, uncertainty = values + moved[0, at], moved[1, at]
     sound = np.flatnonzero(np.isfinite(compared))
     latest = {units[k]: int(k) for k in sound}
     charted = sorted(latest, key=lambda unit: latest[unit])
@@ -149,7 +149,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
     low, high = _limits(limits, warmth if effect is not None else None)
     # The law is one for all: where it errs, it moves all units the same way.
-    unsure = np.sign(warmth - REFERENCE) * doubt if effect is not None else doubt
+    unsure = np.sign(warmth - REFERENCE) * uncertainty if effect is not None else uncertainty
     common = abs(float(unsure[[latest[unit] for unit in charted]].mean())) if charted else 0.0
     cells: dict[tuple[str, str], list[float]] = {}
     for k in sound:
@@ -162,7 +162,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     if is_friction:
         risen = rises([runs[k].started for k in at], values, warmth, units, laws)
     return NumberHistory(
-        name, plain, _unit(name, runs), at, values, compared, doubt, effect, charted, chart, shape,
+        name, plain, _unit(name, runs), at, values, compared, uncertainty, effect, charted, chart, shape,
         tolerance_limit(shape) if is_friction else None,
         None if chart is None else capability(chart, shape, low, high, common), low, high,
         None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,

@@ -67,7 +67,7 @@ def rises(
     found = [
         Rise(unit, math.expm1(one.ratio), started[one.since])
         for unit, one in compared.items()
-        if one.ratio > level + one.doubt
+        if one.ratio > level + one.uncertainty
     ]
     apart = [unit for unit, places in again.items() if unit not in compared or compared[unit].run != places[-1]]
     return Rises(len(compared), math.expm1(level), found, apart)
@@ -81,7 +81,7 @@ class _Compared:
     """
 
     ratio: float
-    doubt: float
+    uncertainty: float
     since: int
     run: int
 
@@ -98,7 +98,7 @@ def _latest(
         first, warmer = at[0], float(temperature[k] - temperature[at[0]])
         ratio = math.log(values[k] / values[first])
         if law is not None and np.all(law.carries(temperature[[first, k]], float(temperature[first]))):
-            return _Compared(ratio - law.coefficient * warmer, float(law.doubt(warmer)), first, k)
+            return _Compared(ratio - law.coefficient * warmer, float(law.uncertainty(warmer)), first, k)
         if abs(warmer) <= LEAST_SPREAD:
             return _Compared(ratio, 0.0, first, k)
     return None

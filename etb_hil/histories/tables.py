@@ -138,13 +138,13 @@ def _number(number: NumberHistory) -> dict[str, Any]:
     }
 
 
-def _at_reference(name: str, measured: Measured | None, value: float, doubt: float) -> dict[str, float | None]:
+def _at_reference(name: str, measured: Measured | None, value: float, uncertainty: float) -> dict[str, float | None]:
     column = f"{name}_20_degC"
     cells: dict[str, float | None] = {column: None, f"{column}_low": None, f"{column}_high": None}
     if measured is None or not math.isfinite(value):
         return cells
     cells[column] = float(value)
     if measured.low is not None and measured.high is not None:
-        cells[f"{column}_low"] = float(value) - math.hypot(measured.value - measured.low, doubt)
-        cells[f"{column}_high"] = float(value) + math.hypot(measured.high - measured.value, doubt)
+        cells[f"{column}_low"] = float(value) - math.hypot(measured.value - measured.low, uncertainty)
+        cells[f"{column}_high"] = float(value) + math.hypot(measured.high - measured.value, uncertainty)
     return cells

@@ -17,7 +17,7 @@ from etb_hil.recording.samples import Float64
 REFERENCE = 20.0  # degC
 LEAST_SPREAD = 5.0  # K between tests of one unit; below, noise passes for temperature
 FEWEST = 3  # units: of fewer, one that has changed between its tests passes for temperature
-MOST_DOUBT = 0.025  # share by which a law may leave a value unsure: a tenth of the smallest rise that matters
+MOST_UNCERTAINTY = 0.025  # share by which a law may leave a value unsure: a tenth of the smallest rise that matters
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class TemperatureEffect:
         found: Float64 = np.exp(-self.coefficient * (temperature - REFERENCE))
         return found
 
-    def doubt(self, distance: Float64 | float) -> Float64:
+    def uncertainty(self, distance: Float64 | float) -> Float64:
         """Return the share (n) by which the law is unsure over a distance (n) in K, 95 %."""
         return 0.5 * (self.high - self.low) * np.abs(np.asarray(distance))
 
@@ -58,7 +58,7 @@ class TemperatureEffect:
         The temperature lies near what the law was seen at, and `to` is not too far.
         """
         seen = (temperature >= self.coldest - LEAST_SPREAD) & (temperature <= self.warmest + LEAST_SPREAD)
-        carried: NDArray[np.bool_] = seen & (self.doubt(temperature - to) <= MOST_DOUBT)
+        carried: NDArray[np.bool_] = seen & (self.uncertainty(temperature - to) <= MOST_UNCERTAINTY)
         return carried
 
 
@@ -120,8 +120,8 @@ def unit_laws(values: Float64, temperature: Float64, unit: list[str]) -> UnitLaw
     told = np.flatnonzero(warmest - coldest >= LEAST_SPREAD)
     slope = np.bincount(index, apart * level, len(names))[told] / weight[told]
     departs = (slope - _middle(slope, np.sqrt(weight[told]))) * (warmest - coldest)[told]
-    is_alike = np.abs(departs) <= change_limit(departs)
-    told, slope = told[is_alike], slope[is_alike]
+    is_typical = np.abs(departs) <= change_limit(departs)
+    told, slope = told[is_typical], slope[is_typical]
     return UnitLaws(names[told], slope, weight[told], count[told], coldest[told], warmest[told])
 
 

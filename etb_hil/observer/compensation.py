@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
-from etb_hil.plant.effects import ports, readings, sensing, teeth
+from etb_hil.plant.effects import backlash_contact, ports, readings, sensing
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.layout import SLOW
 from etb_hil.plant.parameters import Model
@@ -91,7 +91,7 @@ def _compensate(
         omega = way / dt if dt > 0.0 else 0.0
         command = voltage[k] if math.isfinite(voltage[k]) else 0.0
         ports.pass_time(slow, omega, way, i, command, warm, dt, p)
-        plate = teeth.on_plate(theta, memory[_PLATE] + way, 0.0, 0.0, p) if loose else theta
+        plate = backlash_contact.on_plate(theta, memory[_PLATE] + way, 0.0, 0.0, p) if loose else theta
         extra = ports.elastic_torque(plate, 0.0, p) - spring_torque(theta, p) - stop_torque(theta, 0.0, p)
         extra += ports.motor_torque(theta, p)
         out[0, k] = i * (1.0 + ports.torque_share(theta, slow, p)) - extra / p[TORQUE_PER_AMPERE]

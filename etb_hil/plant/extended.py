@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.plant.effects import ports, sensing, teeth
+from etb_hil.plant.effects import backlash_contact, ports, sensing
 from etb_hil.plant.effects.layout import ELASTIC, PLATE_INERTIA, SLOW
 from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance_bristles
 from etb_hil.plant.physics import (
@@ -79,7 +79,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
         ports.pass_time(slow, omega, omega * TICK, current, command, temperature, TICK, p)
         plate, swing = theta, state[SWING]
         if loose:
-            plate = teeth.on_plate(theta, state[PLATE], omega, state[SWING], p)
+            plate = backlash_contact.on_plate(theta, state[PLATE], omega, state[SWING], p)
         elastic = ports.elastic_torque(plate, omega, p)
         g = ports.friction_level(theta, omega, elastic + swing, temperature, p[BRISTLE_STIFFNESS] * state[2], slow, p)
         ratio = g / stribeck(omega, p)

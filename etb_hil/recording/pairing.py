@@ -11,12 +11,12 @@ import numpy as np
 
 from etb_hil.recording.samples import Float64, SampleBlock
 
-_MOST = 0.5  # of the rows that find a partner: fewer are another rate
-_NEAR = 0.5  # of the time between two rows
+_MOST = 0.5  # of the samples that find a partner: fewer are another rate
+_NEAR = 0.5  # of the time between two samples
 
 
 def paired(blocks: Sequence[SampleBlock]) -> list[SampleBlock]:
-    """Return blocks, those as fast as the fastest one in its rows.
+    """Return blocks, those as fast as the fastest one at its instants.
 
     The nearest stamp decides; what has none is NaN.
     """
@@ -39,9 +39,9 @@ def paired(blocks: Sequence[SampleBlock]) -> list[SampleBlock]:
 
 
 def _at(block: SampleBlock, fastest: SampleBlock) -> dict[str, Float64]:
-    """Return a block's columns in the rows of the fastest one.
+    """Return a block's columns at the instants of the fastest one.
 
-    Nothing where most of these find no row of it.
+    The result is empty where most of these have no sample of it.
     """
     if len(block) < max(2.0, _MOST * len(fastest)):
         return {}

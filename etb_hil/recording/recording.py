@@ -96,12 +96,12 @@ class Recording:
         """Return the instants at which all of the roles were sampled, with their values."""
         wanted = list(roles)
         sources = list(dict.fromkeys(self.source_of(role) for role in wanted))
-        rows = Joiner(sources).push(self.block(source) for source in sources)
-        if rows is None:
+        samples = Joiner(sources).push(self.block(source) for source in sources)
+        if samples is None:
             empty = np.empty(0, np.int64)
             return SampleBlock("joined", empty, empty, {role: np.empty(0) for role in wanted}, empty)
-        columns = {role: rows.columns[role] for role in wanted}
-        return SampleBlock("joined", rows.time_ns, rows.stamp_ns, columns, rows.lost_before)
+        columns = {role: samples.columns[role] for role in wanted}
+        return SampleBlock("joined", samples.time_ns, samples.stamp_ns, columns, samples.lost_before)
 
     def gaps(self) -> list[Gap]:
         """Return where samples are missing, in the order of the sources and of time."""

@@ -35,7 +35,7 @@ class SampleBlock:
     def __len__(self) -> int:
         return len(self.time_ns)
 
-    def rows(self, part: slice | NDArray[np.bool_ | np.signedinteger]) -> SampleBlock:
+    def select(self, part: slice | NDArray[np.bool_ | np.signedinteger]) -> SampleBlock:
         """Return some of the samples."""
         return SampleBlock(
             self.source,
@@ -69,22 +69,22 @@ def concatenate(blocks: Iterable[SampleBlock]) -> SampleBlock:
 class Joiner:
     """Join samples that several sources took at the same instants, as they arrive.
 
-    A row comes out once every source has delivered its sample of that instant; an instant that one source lacks is
-    dropped, and counts as lost before the next row. The rows do not depend on how the samples were cut into blocks. A
-    column that several sources carry is taken from the first of `sources` that has it.
+    A joined sample is complete once every source has delivered its sample of that instant. An instant that one source
+    lacks is dropped, and counts as lost before the next. The result does not depend on how the samples were cut into
+    blocks. A column that several sources carry is taken from the first of `sources` that has it.
     """
 
     def __init__(self, sources: Iterable[str], name: str = "joined") -> None:
         self._pending: dict[str, list[SampleBlock]] = {source: [] for source in sources}
         self._name = name
-        self._missing = dict.fromkeys(self._pending, 0)  # since the last row, `LOSS_UNKNOWN` where nothing counts them
+        self._missing = dict.fromkeys(self._pending, 0)  # since the last one, `LOSS_UNKNOWN` where nothing counts them
         if not self._pending:
             raise ValueError("a join needs at least one source")
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
         """Take new blocks (those of other sources are left alone).
 
-        Return the rows that became whole, if any.
+        Return the joined samples that are complete, if any.
         """
         for block in blocks:
             if block.source in self._pending and len(block):
@@ -96,8 +96,8 @@ class Joiner:
         ready, rest = {}, {}
         for source, block in heads.items():
             cut = int(np.searchsorted(block.time_ns, ready_until, side="right"))
-            ready[source] = block.rows(slice(0, cut))
-            rest[source] = block.rows(slice(cut, None))
+            ready[source] = block.select(slice(0, cut))
+            rest[source] = block.select(slice(cut, None))
         self._pending = {source: [block] if len(block) else [] for source, block in rest.items()}
         return self._match(ready)
 
@@ -110,7 +110,7 @@ class Joiner:
         lost = _most([self._lost_before(source, block, common) for source, block in ready.items()])
         if not len(common):
             return None
-        picked = [b if len(b) == len(common) else b.rows(np.searchsorted(b.time_ns, common)) for b in blocks]
+        picked = [b if len(b) == len(common) else b.select(np.searchsorted(b.time_ns, common)) for b in blocks]
         columns = {role: values for block in reversed(picked) for role, values in block.columns.items()}
         stamp_ns = picked[0].stamp_ns
         for block in picked[1:]:
@@ -118,13 +118,13 @@ class Joiner:
         return SampleBlock(self._name, common, stamp_ns, columns, lost)
 
     def _lost_before(self, source: str, block: SampleBlock, common: Int64) -> Int64:
-        """Return how many samples one source misses right before each common row.
+        """Return how many samples one source misses right before each common instant.
 
         It counts what the source lost itself, and what was dropped.
         """
         if len(block) == len(common) and not self._missing[source]:
             return block.lost_before
-        group = np.searchsorted(common, block.time_ns)  # the common row that each sample belongs to, or comes before
+        group = np.searchsorted(common, block.time_ns)  # the common instant of each sample, or the next one
         known = block.lost_before != LOSS_UNKNOWN
         dropped = np.ones(len(block), np.int64)
         dropped[np.searchsorted(block.time_ns, common)] = 0

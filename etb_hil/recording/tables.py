@@ -118,7 +118,7 @@ def _block(recording: Recording, source: str, time_ns: Int64, columns: dict[str,
     if not repeated.any():
         return samples
     recording.notes.append(f"{int(repeated.sum())} rows had the time of the row before and were left out")
-    return samples.rows(~repeated)
+    return samples.select(~repeated)
 
 
 def _to_si(values: Float64, factor: float, offset: float) -> Float64:

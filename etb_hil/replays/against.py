@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _AROUND_NS = 60_000_000_000  # of a longer log, more than this before and behind the session is not held in memory
 
 
-def beside_session(job: LogJob, frames: Frames, session: Path) -> Finished:
+def compare_with_session(job: LogJob, frames: Frames, session: Path) -> Finished:
     """Judge a log by the phases and triggers of a session.
 
     All is kept from a minute before the session until a minute after it.
@@ -46,8 +46,8 @@ def _around(frames: Frames, record: RunRecord, path: Path) -> Iterator[FrameBloc
     first_ns, last_ns = record.start_ns - _AROUND_NS, record.end_ns + _AROUND_NS
     inside = outside = 0
     for block in frames:
-        rows = (block.stamp_ns >= first_ns) & (block.stamp_ns <= last_ns)
-        part = block if rows.all() else block.rows(rows)
+        kept = (block.stamp_ns >= first_ns) & (block.stamp_ns <= last_ns)
+        part = block if kept.all() else block.select(kept)
         inside, outside = inside + len(part), outside + len(block) - len(part)
         if len(part):
             yield part

@@ -193,7 +193,7 @@ def _by_channel(frames: FrameBlock) -> Iterator[tuple[int, FrameBlock]]:
         yield channels.pop(), frames
         return
     for channel in sorted(channels):
-        yield channel, frames.rows(frames.channel == channel)
+        yield channel, frames.select(frames.channel == channel)
 
 
 def _count(done: Exported, found: Iterable[MessageColumns]) -> None:

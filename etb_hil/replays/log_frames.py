@@ -50,7 +50,7 @@ class Frames:
         self.notes, self.start_ns, self.channels = [], None, set()
         others: set[int] = set()
         for block in within(self._joined(), self._window, self._paths[0]):
-            frames = block if self._channel is None else block.rows(block.channel == self._channel)
+            frames = block if self._channel is None else block.select(block.channel == self._channel)
             if not len(frames):
                 others |= channels_of(block.channel)
                 continue

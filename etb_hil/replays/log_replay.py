@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from etb_hil.scenario.condition import Condition
 
 _LOOK = "check what was recorded, and that the file is of the format that its name says"
-STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
+SEGMENT_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
 
 
 class NothingToJudgeError(InputError):
@@ -94,7 +94,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
     return Finished(session, results, record, analysis, found)
 
 
-def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Finished]:
+def judge_segments(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Finished]:
     """Judge a log in segments of so many ns, each as if it were a log by itself.
 
     Those without a role are left out.
@@ -104,7 +104,7 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
     """
     judged = empty = 0
     nothing: NothingToJudgeError | None = None
-    for part in stretches(one_channel_each(frames, job.rules.setup.dialect, job.paths[0]), length_ns):
+    for part in segments(one_channel_each(frames, job.rules.setup.dialect, job.paths[0]), length_ns):
         try:
             finished = judge(job, part)
         except NothingToJudgeError as error:
@@ -120,7 +120,7 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
         frames.notes.append(f"{job.paths[0]}: {said}")
 
 
-def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
+def segments(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
     """Cut a log into segments of so many ns from its first frame on.
 
     Each is read before the next one comes.
@@ -156,6 +156,6 @@ def _between(
             continue
         cut = int(np.argmax(outside))
         if cut:
-            yield block.rows(slice(cut))
-        left.append(block.rows(slice(cut, None)))
+            yield block.select(slice(cut))
+        left.append(block.select(slice(cut, None)))
         return

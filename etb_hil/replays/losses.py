@@ -66,8 +66,8 @@ def by_kind(blocks: Iterable[FrameBlock]) -> Iterator[FrameBlock]:
         if last or len(waiting) == _MOST_WAITING:
             joined = concatenate_frames(waiting)
             cut = len(joined) - (len(block) - int(last)) if last else len(joined)
-            yield _sorted_by_kind(joined.rows(slice(cut)))
-            waiting = [joined.rows(slice(cut, None))] if cut < len(joined) else []
+            yield _sorted_by_kind(joined.select(slice(cut)))
+            waiting = [joined.select(slice(cut, None))] if cut < len(joined) else []
     if waiting:
         yield _sorted_by_kind(concatenate_frames(waiting))
 
@@ -75,7 +75,7 @@ def by_kind(blocks: Iterable[FrameBlock]) -> Iterator[FrameBlock]:
 def _sorted_by_kind(frames: FrameBlock) -> FrameBlock:
     error = (frames.flags & FrameFlag.ERROR) != 0
     kind = np.where(error, 1, np.where((frames.flags & FrameFlag.REMOTE) != 0, 2, 0))
-    return frames.rows(np.lexsort((kind, frames.stamp_ns))) if kind.any() else frames
+    return frames.select(np.lexsort((kind, frames.stamp_ns))) if kind.any() else frames
 
 
 def losses(before: Iterable[FrameBlock], after: Iterable[FrameBlock]) -> Losses:
@@ -117,6 +117,6 @@ def _side_by_side(first: Iterator[FrameBlock], second: Iterator[FrameBlock]) -> 
     while one is not None and two is not None:
         count = min(len(one), len(two))
         if count:
-            yield one.rows(slice(count)), two.rows(slice(count))
-        one = one.rows(slice(count, None)) if len(one) > count else next(first, None)
-        two = two.rows(slice(count, None)) if len(two) > count else next(second, None)
+            yield one.select(slice(count)), two.select(slice(count))
+        one = one.select(slice(count, None)) if len(one) > count else next(first, None)
+        two = two.select(slice(count, None)) if len(two) > count else next(second, None)

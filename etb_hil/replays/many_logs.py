@@ -18,11 +18,11 @@ from etb_hil.base.errors import EtbHilError, InputError
 from etb_hil.base.files import make_folder, refused_by_name
 from etb_hil.base.userfile import digest, open_file, read_bytes
 from etb_hil.replays.log_frames import Frames
-from etb_hil.replays.log_replay import STRETCH_S, LogJob, judge_stretches
+from etb_hil.replays.log_replay import SEGMENT_S, LogJob, judge_segments
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, Outcome, as_json, from_json, part_of, together
 from etb_hil.replays.progress import Watch
 from etb_hil.replays.session_replay import RuleFiles, replay
-from etb_hil.session.differences import beside_live
+from etb_hil.session.differences import compare_with_live
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Task:
     key: str
     model: Path | None = None
     limits: Path | None = None
-    stretch_s: float = STRETCH_S
+    segment_s: float = SEGMENT_S
     channel: int | None = None
     window: Window | None = None
 
@@ -60,7 +60,7 @@ def tasks_for(
     units: Sequence[tuple[RuleFiles, int | None]],
     model: Path | None,
     limits: Path | None,
-    stretch_s: float = STRETCH_S,
+    segment_s: float = SEGMENT_S,
     window: Window | None = None,
 ) -> list[Task]:
     """Return a task a session, and a task a log and unit.
@@ -78,10 +78,10 @@ def tasks_for(
     found = {}
     for source in (path.absolute() for path in sources):
         is_session = (source / MANIFEST).is_file()
-        what = [f"{source} {__version__} {stretch_s} {window}", *_state(source, is_session=is_session)]
+        what = [f"{source} {__version__} {segment_s} {window}", *_state(source, is_session=is_session)]
         for rules, channel, unit in [(None, None, "")] if is_session else judged_by:
             key = hashlib.sha256(b"\0".join([*(text.encode() for text in (*what, unit)), *own])).hexdigest()[:24]
-            found[key] = Task(source, rules, key, model, limits, stretch_s, channel, window)
+            found[key] = Task(source, rules, key, model, limits, segment_s, channel, window)
     return list(found.values())
 
 
@@ -195,14 +195,13 @@ def _judged(task: Task) -> Outcome:
         finished = replay(task.source, task.model, task.limits, task.window)
         part, differs = part_of(finished, finished.record.start_ns), None
         if not (task.model or task.limits or task.window) and finished.session.has_results:
-            differs, code = beside_live(finished)
+            differs, code = compare_with_live(finished)
             part = replace(part, exit_code=int(code))
         notes = "\n".join(finished.analysis.recording.notes)
-        return replace(about, judged=part, stretches=1, notes=notes, differs=differs)
+        return replace(about, judged=part, segments=1, notes=notes, differs=differs)
     frames = Frames([task.source], task.channel, task.window)
     job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
     parts = [
-        part_of(finished, frames.start_ns or 0)
-        for finished in judge_stretches(job, frames, round(task.stretch_s * 1e9))
+        part_of(finished, frames.start_ns or 0) for finished in judge_segments(job, frames, round(task.segment_s * 1e9))
     ]
-    return replace(about, judged=together(parts), stretches=len(parts), notes="\n".join(frames.notes))
+    return replace(about, judged=together(parts), segments=len(parts), notes="\n".join(frames.notes))

@@ -27,9 +27,9 @@ def one_channel_each(frames: Iterable[FrameBlock], dialect: Dialect, path: Path)
     for block in frames:
         kind = block.flags & _KIND
         for message in dialect.messages:
-            rows = (block.ident == message.ident) & (kind == (FrameFlag.EXTENDED if message.extended else 0))
+            is_its = (block.ident == message.ident) & (kind == (FrameFlag.EXTENDED if message.extended else 0))
             channels = seen[message.name]
-            channels |= channels_of(block.channel[rows])
+            channels |= channels_of(block.channel[is_its])
             if len(channels) > 1:
                 there = sorted(channels)
                 raise InputError(

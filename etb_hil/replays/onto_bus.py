@@ -56,25 +56,25 @@ def send_log(log: Iterable[FrameBlock], link: Link, clock: Clock, *, fd: bool) -
     for block in log:
         fit = (block.flags & never) == 0
         left_out += len(block) - int(np.count_nonzero(fit))
-        frames = block.rows(fit)
+        frames = block.select(fit)
         if not len(frames):
             continue
         if first_ns is None:
             first_ns = newest_ns = int(frames.stamp_ns[0])
         due = np.maximum.accumulate(np.maximum(frames.stamp_ns, newest_ns))
         newest_ns = int(due[-1])
-        row = 0
-        while row < len(frames):
-            end = int(np.searchsorted(due, due[row] + TOGETHER_NS, side="left"))
-            deadline_ns = begin_ns + int(due[row]) - first_ns
+        index = 0
+        while index < len(frames):
+            end = int(np.searchsorted(due, due[index] + TOGETHER_NS, side="left"))
+            deadline_ns = begin_ns + int(due[index]) - first_ns
             clock.sleep_until_ns(deadline_ns)
             lateness.note(max(clock.now_ns() - deadline_ns, 0))
-            link.send(frames.rows(slice(row, end)))
-            if due[row] >= drain_ns:  # what the bus carries meanwhile must not fill the driver's queue
+            link.send(frames.select(slice(index, end)))
+            if due[index] >= drain_ns:  # what the bus carries meanwhile must not fill the driver's queue
                 link.receive()
-                drain_ns = int(due[row]) + DRAIN_NS
-            sent += end - row
-            row = end
+                drain_ns = int(due[index]) + DRAIN_NS
+            sent += end - index
+            index = end
     if first_ns is None:
         raise BenchFault("the log holds no frame that this bus can carry")
     return BusReplay(sent, left_out, lateness, newest_ns - first_ns)

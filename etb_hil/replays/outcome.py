@@ -73,7 +73,7 @@ class Outcome:
     channel: int | None = None
     error: str | None = None
     judged: Part | None = None
-    stretches: int = 0
+    segments: int = 0
     notes: str | None = None
     differs: str | None = None
     wall_s: float | None = None

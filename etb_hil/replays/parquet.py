@@ -20,7 +20,7 @@ LOGS, EXCEEDANCES = "logs.parquet", "exceedances.parquet"
 
 _ABOUT: Mapping[str, str] = {
     "path": "string", "key": "string", "bench": "string", "status": "string", "error": "string", "notes": "string",
-    "differs": "string", "channel": "int64", "stretches": "int64", "wall_s": "float64", "processor_s": "float64",
+    "differs": "string", "channel": "int64", "segments": "int64", "wall_s": "float64", "processor_s": "float64",
 }  # fmt: skip
 _JUDGED: Mapping[str, str] = {
     "verdict": "string", "reason_id": "string", "reason": "string", "serial": "string", "part_number": "string",

@@ -38,7 +38,7 @@ def within(log: Iterable[FrameBlock], window: Window | None, path: Path) -> Iter
             first_ns = int(frames.stamp_ns[0])
         after = frames.stamp_ns - first_ns
         lasts_ns = max(lasts_ns, int(after.max()))
-        part = frames.rows((after >= window.start_ns) & (after < window.end_ns))
+        part = frames.select((after >= window.start_ns) & (after < window.end_ns))
         if len(part):
             found = True
             yield part

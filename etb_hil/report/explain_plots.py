@@ -50,7 +50,7 @@ def over_runs(runs: Runs) -> Chart:
     return Chart(9.0, 4.6 if broke_away else 2.8, panels, x_label, columns=4)
 
 
-def left_over(left: ResidualCurve) -> Chart:
+def residual_plot(left: ResidualCurve) -> Chart:
     """Draw the residual of a balance over a coordinate, by direction.
 
     It is that of the calibrated and of the extended model.

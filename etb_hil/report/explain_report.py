@@ -52,7 +52,7 @@ def write_explanation(
     if series is not None:
         plots = {"before_and_after": explain_plots.before_and_after(series)}
         for left in series.left:
-            plots[f"{left.balance}_over_{left.over}".replace(" ", "_")] = explain_plots.left_over(left)
+            plots[f"{left.balance}_over_{left.over}".replace(" ", "_")] = explain_plots.residual_plot(left)
         if series.runs is not None:
             plots["over_runs"] = explain_plots.over_runs(series.runs)
         for name, chart in plots.items():

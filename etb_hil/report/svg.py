@@ -91,7 +91,7 @@ def svg_of(chart: Chart, name: str) -> str:
     width, height = 72.0 * chart.width, 72.0 * chart.height
     legend = _Legend(chart, width)
     scales = [_y_ticks(panel, height / len(chart.panels)) for panel in chart.panels]
-    left = _EDGE + max(map(_beside, chart.panels, scales))
+    left = _EDGE + max(map(_left_margin, chart.panels, scales))
     below = _TICK + _PAD + _SIZE + (_SIZE * _LEADING + 3.0 * _PAD if chart.x_label else 0.0) + legend.height
     heads = [_head(panel, is_first=k == 0) for k, panel in enumerate(chart.panels)]
     share = (height - _EDGE - below - sum(heads)) / sum(panel.ratio for panel in chart.panels)
@@ -129,7 +129,7 @@ def _y_ticks(panel: Panel, height: float) -> list[tuple[float, str]]:
     return ticks.linear(low, high, math.floor(height / (2.0 * _SIZE)))
 
 
-def _beside(panel: Panel, scale: list[tuple[float, str]]) -> float:
+def _left_margin(panel: Panel, scale: list[tuple[float, str]]) -> float:
     """Return the width left of a panel's frame that its scale and its label need."""
     numbers = max((_width(text, _SIZE) for _, text in scale), default=0.0)
     lines = panel.y_label.split("\n") if panel.y_label else []

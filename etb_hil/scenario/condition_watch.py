@@ -67,8 +67,8 @@ class ConditionWatch:
         first = int(np.searchsorted(stamp_ns, self._since_ns, side="right"))
         last = len(block) if self.until_ns is None else int(np.searchsorted(stamp_ns, self.until_ns, "right"))
         columns = (stamp_ns, block.time_ns, block.columns[role], block.lost_before)
-        rows = zip(*(column[first:last].tolist() for column in columns), strict=True)
-        for stamp_ns, time_ns, value, lost in rows:
+        samples = zip(*(column[first:last].tolist() for column in columns), strict=True)
+        for stamp_ns, time_ns, value, lost in samples:
             if self._is_held(time_ns, value, lost != 0):
                 self.fired = Firing(stamp_ns, value)
                 return

@@ -20,9 +20,9 @@ from etb_hil.recording.report_time import UNKNOWN_REPORT_TIME
 from etb_hil.recording.samples import Joiner
 from etb_hil.scenario.phase_watches import PhaseWatches
 from etb_hil.scenario.phases import use_of
+from etb_hil.session.interpolated_readings import InterpolatedReadings, at_readings
 from etb_hil.session.read_quality import read_quality, words
-from etb_hil.session.reading_rows import ReadingRows, at_readings
-from etb_hil.session.rows import RowBuilder
+from etb_hil.session.sample_hold import SampleHold
 from etb_hil.session.verdict_policy import corruption_doubts, withheld
 
 if TYPE_CHECKING:
@@ -38,10 +38,10 @@ if TYPE_CHECKING:
     from etb_hil.scenario.condition import Condition
     from etb_hil.scenario.condition_watch import Firing
 
-FITTED = ("motor_current", "motor_angle")  # the roles of which every row has a value
+FITTED = ("motor_current", "motor_angle")  # the roles of which every sample has a value
 _COMMANDS = ("command_mode", "command_position")
 SLOW_ROLES = ("temperature", "supply_voltage", *_COMMANDS)
-JUDGE_NS = 250_000_000  # rows are judged in segments of this length: each costs the same, long or short
+JUDGE_NS = 250_000_000  # samples are judged in segments of this length: each costs the same, long or short
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +90,14 @@ class Analysis:
         self.dialect = dialect
         slow = {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)}
         self._requested = [one.role for one in fitted]
-        self._rows = (
-            RowBuilder(ReadingRows(cyclic, fitted), slow) if fitted else RowBuilder(Joiner(cyclic), slow, _COMMANDS)
+        self._samples = (
+            SampleHold(InterpolatedReadings(cyclic, fitted), slow)
+            if fitted
+            else SampleHold(Joiner(cyclic), slow, _COMMANDS)
         )
         self._half: _Half | None = None
         if fitted:
-            half = RowBuilder(ReadingRows(cyclic, fitted, stride=2), slow)
+            half = SampleHold(InterpolatedReadings(cyclic, fitted, stride=2), slow)
             self._half = _Half(half, Diagnosis(model, limits, observer), limits.marginal_band)
         self._marks: list[PhaseMark] = []
         self._watches = PhaseWatches()
@@ -128,7 +130,7 @@ class Analysis:
             part, rest, newest_ns = frames, None, int(frames.stamp_ns.max())
             if newest_ns >= self._judged_ns + JUDGE_NS:
                 ends = int(np.argmax(frames.stamp_ns >= self._judged_ns + JUDGE_NS)) + 1
-                part, rest = frames.rows(slice(0, ends)), frames.rows(slice(ends, None))
+                part, rest = frames.select(slice(0, ends)), frames.select(slice(ends, None))
                 newest_ns = int(part.stamp_ns.max())
             self._newest_ns = max(self._newest_ns, newest_ns)
             found = self.decoder.push(part)
@@ -187,32 +189,32 @@ class Analysis:
             if "request_rate" in block.columns and self._half is None:
                 for rate, stamp_ns in zip(block.columns["request_rate"], block.stamp_ns, strict=True):
                     self._plausibility.ask(float(rate), int(stamp_ns))
-        rows = self._rows.push(blocks)
-        if rows is not None:
-            self._judge(rows)
-        if self._half is not None and (rows := self._half.rows.push(blocks)) is not None:
-            self._half.kept += self._half.parts.of(rows, self._marks)
+        samples = self._samples.push(blocks)
+        if samples is not None:
+            self._judge(samples)
+        if self._half is not None and (samples := self._half.samples.push(blocks)) is not None:
+            self._half.kept += self._half.parts.of(samples, self._marks)
 
-    def _judge(self, rows: SampleBlock) -> None:
-        """Hand each row to the diagnosis as part of the phase that its stamp lies in.
+    def _judge(self, samples: SampleBlock) -> None:
+        """Hand each sample to the diagnosis as part of the phase that its stamp lies in.
 
         What came before all is left.
         """
-        for index, mark, stretch in self._parts.of(rows, self._marks):
-            self.diagnosis.push(stretch, mark.phase)
+        for index, mark, segment in self._parts.of(samples, self._marks):
+            self.diagnosis.push(segment, mark.phase)
             if self._half is None:
-                self._plausibility.push(stretch, index, moving=mark.phase.use is Use.FITTED)
-            elif len(read := self._at_readings(stretch)):
+                self._plausibility.push(segment, index, moving=mark.phase.use is Use.FITTED)
+            elif len(read := self._at_readings(segment)):
                 self._plausibility.push(read, index, moving=False)  # gaps between readings are no missing samples
 
-    def _at_readings(self, rows: SampleBlock) -> SampleBlock:
-        """Return the rows with a reading, without the voltage.
+    def _at_readings(self, samples: SampleBlock) -> SampleBlock:
+        """Return the samples with a reading, without the voltage.
 
         A balance of the voltage needs all of its samples.
         """
         requested = self.decoder.requested
         times = {} if requested is None else requested.times_ns
-        read = at_readings(rows, times, self._requested)
+        read = at_readings(samples, times, self._requested)
         read.columns = {role: values for role, values in read.columns.items() if role != "motor_voltage"}
         return read
 
@@ -228,21 +230,21 @@ class Analysis:
 
 
 class _Parts:
-    """Cuts rows where phases begin."""
+    """Splits the samples where phases begin."""
 
     def __init__(self) -> None:
         self._newest_ns = 0
 
-    def of(self, rows: SampleBlock, marks: list[PhaseMark]) -> Iterator[tuple[int, PhaseMark, SampleBlock]]:
-        """Yield the parts of new rows, each with its phase and the phase's number."""
-        stamp_ns = np.maximum.accumulate(rows.stamp_ns)  # a host's clock may be set back by a little
+    def of(self, samples: SampleBlock, marks: list[PhaseMark]) -> Iterator[tuple[int, PhaseMark, SampleBlock]]:
+        """Yield the parts of new samples, each with its phase and the phase's number."""
+        stamp_ns = np.maximum.accumulate(samples.stamp_ns)  # a host's clock may be set back by a little
         stamp_ns = np.maximum(stamp_ns, self._newest_ns)
         self._newest_ns = int(stamp_ns[-1])
         edges = np.searchsorted(stamp_ns, [mark.stamp_ns for mark in marks], side="right")
         for index, mark in enumerate(marks):
-            stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
+            stop = int(edges[index + 1]) if index + 1 < len(edges) else len(samples)
             if stop > (start := int(edges[index])):
-                yield index, mark, rows.rows(slice(start, stop))
+                yield index, mark, samples.select(slice(start, stop))
 
 
 @dataclass(slots=True)
@@ -252,15 +254,15 @@ class _Half:
     Judged at the end, when no set-point waits for it.
     """
 
-    rows: RowBuilder
+    samples: SampleHold
     diagnosis: Diagnosis
     band: float
     parts: _Parts = field(default_factory=_Parts)
     kept: list[tuple[int, PhaseMark, SampleBlock]] = field(default_factory=list)
 
     def judged(self, complete: bool) -> DiagnosisResult:
-        """Return what the diagnosis says of all rows."""
-        for _, mark, stretch in self.kept:
-            self.diagnosis.push(stretch, mark.phase)
+        """Return what the diagnosis says of all samples."""
+        for _, mark, segment in self.kept:
+            self.diagnosis.push(segment, mark.phase)
         self.kept.clear()
         return self.diagnosis.finish(complete=complete)

@@ -58,11 +58,11 @@ def _samples(here: Finished, there: Finished, origin_ns: int) -> Iterator[Diverg
             continue
         mine, other = ours.block(source), theirs.block(source)
         count = min(len(mine), len(other))
-        row = _first(mine.time_ns[:count], other.time_ns[:count])
-        if row is None and len(mine) != len(other):
-            row = count
-        if row is not None:
-            times = [float(b.time_ns[row] - origin_ns) * 1e-9 if row < len(b) else np.nan for b in (mine, other)]
+        index = _first(mine.time_ns[:count], other.time_ns[:count])
+        if index is None and len(mine) != len(other):
+            index = count
+        if index is not None:
+            times = [float(b.time_ns[index] - origin_ns) * 1e-9 if index < len(b) else np.nan for b in (mine, other)]
             yield Divergence(f"{source}.time", float(np.nanmin(times)), *times)
         for role in sorted(mine.columns.keys() & other.columns.keys()):
             yield from _values(f"{source}.{role}", mine.time_ns, mine.columns[role], other.columns[role], origin_ns)
@@ -72,9 +72,9 @@ def _values(signal: str, time_ns: Int64, mine: Float64, other: Float64, origin_n
     count = min(len(mine), len(other))
     mine, other = np.ascontiguousarray(mine[:count]), np.ascontiguousarray(other[:count])
     bits = np.where(np.isnan(mine) & np.isnan(other), 0, mine.view(np.int64) ^ other.view(np.int64))
-    row = _first(bits, np.zeros_like(bits))
-    if row is not None:
-        yield Divergence(signal, (int(time_ns[row]) - origin_ns) * 1e-9, float(mine[row]), float(other[row]))
+    index = _first(bits, np.zeros_like(bits))
+    if index is not None:
+        yield Divergence(signal, (int(time_ns[index]) - origin_ns) * 1e-9, float(mine[index]), float(other[index]))
 
 
 def _estimates(here: Finished, there: Finished) -> Iterator[Divergence]:
@@ -86,8 +86,8 @@ def _estimates(here: Finished, there: Finished) -> Iterator[Divergence]:
 
 def _first(mine: Int64, other: Int64) -> int | None:
     differs = mine != other
-    row = int(differs.argmax()) if len(differs) else 0
-    return row if len(differs) and differs[row] else None
+    index = int(differs.argmax()) if len(differs) else 0
+    return index if len(differs) and differs[index] else None
 
 
 def first_difference(finished: Finished) -> str | None:
@@ -95,10 +95,10 @@ def first_difference(finished: Finished) -> str | None:
 
     Results that cannot be read differ, too: what is wrong with them is returned.
     """
-    return _beside(finished)[0]
+    return _compared(finished)[0]
 
 
-def beside_live(finished: Finished) -> tuple[str | None, ExitCode]:
+def compare_with_live(finished: Finished) -> tuple[str | None, ExitCode]:
     """Return the first difference from the live results, and its exit code.
 
     Without a difference it is None.
@@ -107,11 +107,11 @@ def beside_live(finished: Finished) -> tuple[str | None, ExitCode]:
     another version finds may differ. Live results that cannot be read are bad input, and no pass either.
     """
     code = finished.results.code
-    found, instead = _beside(finished)
+    found, instead = _compared(finished)
     return found, code or instead
 
 
-def _beside(finished: Finished) -> tuple[str | None, ExitCode]:
+def _compared(finished: Finished) -> tuple[str | None, ExitCode]:
     """Return the first difference from live results, and what it makes of a pass.
 
     The second is an exit code.

@@ -97,14 +97,14 @@ class UdsClient:
         ours = (frames.ident == self._settings.request) | (frames.ident == self._settings.response)
         if not ours.any():
             return
-        for row in np.flatnonzero(ours):
-            flags = int(frames.flags[row])
+        for index in np.flatnonzero(ours):
+            flags = int(frames.flags[index])
             unlike = bool(flags & FrameFlag.EXTENDED) != self._settings.extended
             if unlike or flags & (FrameFlag.REMOTE | FrameFlag.ERROR):
                 continue
-            if int(frames.ident[row]) == self._settings.response:
-                data = frames.data[row, : min(int(frames.length[row]), 8)].tobytes()
-                self._end.take(int(frames.stamp_ns[row]), data)
+            if int(frames.ident[index]) == self._settings.response:
+                data = frames.data[index, : min(int(frames.length[index]), 8)].tobytes()
+                self._end.take(int(frames.stamp_ns[index]), data)
             elif not flags & FrameFlag.SENT:
                 raise UdsError(
                     "uds_second_tester",

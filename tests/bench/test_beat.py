@@ -47,7 +47,7 @@ class Link:
         if self.at_receive:
             self.at_receive.pop(0)()
         frames = self.inner.receive()
-        return frames.rows(slice(0)) if self.state is not None else frames
+        return frames.select(slice(0)) if self.state is not None else frames
 
     def health(self):
         health = self.inner.health()

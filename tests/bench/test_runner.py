@@ -336,7 +336,7 @@ def test_a_host_that_was_late_says_so_in_the_record(run):
 def test_a_controller_that_sleeps_is_asked_every_twentieth_of_a_second(run):
     class Deaf(Link):
         def receive(self):
-            return super().receive().rows(slice(0))
+            return super().receive().select(slice(0))
 
     asked = []
 

@@ -160,8 +160,8 @@ def test_samples_from_before_the_last_command_do_not_count(run, late_ms, is_off)
             frames = super().receive()
             frames = frames if self.waiting is None else concatenate_frames([self.waiting, frames])
             due = frames.stamp_ns <= self.now_ns - late_ms * MS
-            self.waiting = frames.rows(~due)
-            return frames.rows(due)
+            self.waiting = frames.select(~due)
+            return frames.select(due)
 
     assert is_seen_off(run(ZERO + HOLD + OFF, link=Late)) is is_off
 

@@ -211,7 +211,7 @@ def test_velocity_is_the_travel_of_the_last_milliseconds_for_any_blocks():
     for size in (1, 3, 10):
         supervisor = Supervisor(LIMITS, GEAR, 0)
         for start in range(0, 40, size):
-            supervisor.look([whole.rows(slice(start, start + size))])
+            supervisor.look([whole.select(slice(start, start + size))])
         assert supervisor.velocity == pytest.approx(3.0, rel=1e-9)
 
 
@@ -341,7 +341,7 @@ def test_fault_bits_stay_until_a_status_takes_them_back(supervisor):
 
 
 def test_a_block_without_samples_says_nothing(supervisor):
-    empty = samples(motor_current=[9.0], faults=[1.0]).rows(slice(0))
+    empty = samples(motor_current=[9.0], faults=[1.0]).select(slice(0))
     assert supervisor.look([empty, samples(motor_current=[1.0])]) is None
     assert supervisor.current == 1.0
 

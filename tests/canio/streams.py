@@ -12,7 +12,7 @@ START_NS = 1_700_000_000_000_000_000
 def arranged(blocks):
     """Join blocks and sort their frames by stamp, as a bus would bring them."""
     joined = concatenate_frames(blocks)
-    return joined.rows(np.argsort(joined.stamp_ns, kind="stable"))
+    return joined.select(np.argsort(joined.stamp_ns, kind="stable"))
 
 
 def classic(dialect, ticks, encoder_first=False, status_every=10):
@@ -54,7 +54,7 @@ def without(frames, rows):
     """Return the frames with some rows left out."""
     keep = np.ones(len(frames), bool)
     keep[list(rows)] = False
-    return frames.rows(keep)
+    return frames.select(keep)
 
 
 def of(frames, ident):

@@ -57,7 +57,7 @@ def test_values_and_times_of_both_messages(classic):
 
 def cut(frames, edges):
     edges = [0, *sorted(edges), len(frames)]
-    return [frames.rows(slice(a, b)) for a, b in itertools.pairwise(edges)]
+    return [frames.select(slice(a, b)) for a, b in itertools.pairwise(edges)]
 
 
 def assert_same(one, other):
@@ -83,7 +83,7 @@ def troubled(draw, frames):
     for row in draw(st.lists(rows, max_size=6)):
         length = draw(st.sampled_from([1, 2, 17, 40]))
         order = order[(order < row) | (order >= row + length)]
-    frames = frames.rows(order)
+    frames = frames.select(order)
     late = np.zeros(len(frames), np.int64)
     for row in draw(st.lists(rows, max_size=2)):
         late[row : row + 30] = 1_000_000 * draw(st.integers(0, 300))
@@ -166,7 +166,7 @@ def test_an_outage_longer_than_the_counters_is_bridged_by_the_stamps(classic, pa
     ticks = np.concatenate([np.arange(100), np.arange(100) + 100 + lost]) * 20 + 7
     frames = streams.classic(classic, np.arange(ticks[-1] // 20 + 1) * 20 + 7, encoder_first)
     kept = np.isin((frames.stamp_ns - streams.START_NS) // streams.TICK_NS // 20 * 20 + 7, ticks)
-    found, _ = decode(classic, frames.rows(kept))
+    found, _ = decode(classic, frames.select(kept))
     for name in ("EtbCurrent", "EtbEncoder"):
         assert found[name].lost_before[100] == lost
         np.testing.assert_array_equal(
@@ -186,7 +186,7 @@ def test_late_stamps_do_not_move_the_samples(classic, start, row, stall_ms, enco
     frames = streams.restamped(frames, stamps)
     if asked:  # the same rate again, sent while the host stalls
         request = streams.sent(CommandEncoder(classic).encode({"request_rate": 1000.0}, int(stamps[row])))
-        frames = concatenate_frames([frames.rows(slice(0, row)), request, frames.rows(slice(row, None))])
+        frames = concatenate_frames([frames.select(slice(0, row)), request, frames.select(slice(row, None))])
     found, decoder = decode(classic, frames)
     for name in ("EtbCurrent", "EtbEncoder"):
         np.testing.assert_array_equal(np.diff(found[name].time_ns), 20 * streams.TICK_NS)
@@ -208,13 +208,13 @@ def test_a_frame_that_fails_its_check_updates_nothing(classic):
 def test_doubled_frames_and_stuck_counters_are_refused(classic):
     frames = streams.classic(classic, np.arange(50) * 20)
     row = streams.of(frames, CURRENT)[20]
-    doubled = frames.rows(np.sort(np.append(np.arange(len(frames)), row)))
+    doubled = frames.select(np.sort(np.append(np.arange(len(frames)), row)))
     found, decoder = decode(classic, doubled)
     assert_same(found, decode(classic, frames)[0])
     statistics = decoder.statistics()["EtbCurrent"]
     assert (statistics.repeated, statistics.stuck, statistics.lost) == (1, 0, 0)
 
-    stuck = frames.rows(np.sort(np.append(np.arange(len(frames)), [row] * 5)))
+    stuck = frames.select(np.sort(np.append(np.arange(len(frames)), [row] * 5)))
     statistics = decode(classic, stuck)[1].statistics()["EtbCurrent"]
     assert (statistics.repeated, statistics.stuck) == (5, 1)
 
@@ -225,12 +225,12 @@ def test_a_counter_is_stuck_from_three_repeats_in_a_row_on(classic, repeats, stu
     rows = np.arange(len(frames))
     for number, count in enumerate(repeats):
         rows = np.append(rows, [streams.of(frames, CURRENT)[10 * (number + 1)]] * count)
-    statistics = decode(classic, frames.rows(np.sort(rows)))[1].statistics()["EtbCurrent"]
+    statistics = decode(classic, frames.select(np.sort(rows)))[1].statistics()["EtbCurrent"]
     assert (statistics.repeated, statistics.stuck, statistics.lost) == (sum(repeats), stuck, 0)
 
 
 def test_new_samples_under_a_stuck_alive_counter_are_refused(classic):
-    blocks = [streams.classic(classic, [k * 20]).rows(slice(0, 1)) for k in range(40)]  # all with one alive counter
+    blocks = [streams.classic(classic, [k * 20]).select(slice(0, 1)) for k in range(40)]  # all with one alive counter
     statistics = decode(classic, streams.arranged(blocks))[1].statistics()["EtbCurrent"]
     assert (statistics.frames, statistics.repeated, statistics.stuck) == (1, 39, 1)
 
@@ -248,7 +248,7 @@ def test_a_pause_after_a_request_is_no_loss(classic):
     # The alive counters go on where they were; without the request, 1.6 s would look like a whole number of wraps.
     later = np.arange(100) * 40 + 100 * 20 + 16 * 20 * 100
     both = streams.classic(classic, np.concatenate([np.arange(100) * 20, later]))
-    second = both.rows(both.stamp_ns > first.stamp_ns[-1] + 1_000_000)
+    second = both.select(both.stamp_ns > first.stamp_ns[-1] + 1_000_000)
     request = CommandEncoder(classic).encode({"request_rate": 500.0}, int(first.stamp_ns[-1]) + 500_000)
     found, decoder = decode(classic, concatenate_frames([first, streams.sent(request), second]))
     assert decoder.statistics()["EtbCurrent"].lost == 0
@@ -319,7 +319,7 @@ PLAIN = {"mode": "EtbStatus.Mode", "temperature": "EtbStatus.Temperature"}
 def test_without_counters_stamps_are_the_time_and_a_loss_is_unknown():
     plain = dialects.load(dialects.find("dbc", "etb_controller"), PLAIN, {"EtbStatus": {"profile": "none"}})
     frames = streams.classic(dialects.classic(), np.arange(300) * 20)
-    frames = frames.rows(frames.ident == STATUS)
+    frames = frames.select(frames.ident == STATUS)
     found, decoder = decode(plain, streams.without(frames, [7, 8]))
     block = found["EtbStatus"]
     np.testing.assert_array_equal(block.time_ns, block.stamp_ns)
@@ -330,7 +330,7 @@ def test_without_counters_stamps_are_the_time_and_a_loss_is_unknown():
 def test_times_rise_strictly_though_stamps_do_not():
     plain = dialects.load(dialects.find("dbc", "etb_controller"), PLAIN, {"EtbStatus": {"profile": "none"}})
     frames = streams.classic(dialects.classic(), np.arange(60) * 20)
-    frames = frames.rows(frames.ident == STATUS)
+    frames = frames.select(frames.ident == STATUS)
     found, decoder = decode(plain, streams.restamped(frames, np.array([5, 5, 3, 9, 9, 12], np.int64)))
     assert found["EtbStatus"].time_ns.tolist() == [5, 6, 7, 9, 10, 12]
     assert decoder.statistics()["EtbStatus"].backwards == 3
@@ -338,7 +338,7 @@ def test_times_rise_strictly_though_stamps_do_not():
 
 def test_alive_counters_count_losses_without_a_sample_counter(classic):
     frames = streams.classic(classic, np.arange(2000) * 20)
-    frames = frames.rows(frames.ident == STATUS)
+    frames = frames.select(frames.ident == STATUS)
     for gone in (1, 15, 16, 40):
         found, decoder = decode(classic, streams.without(frames, range(50, 50 + gone)))
         assert decoder.lost == gone
@@ -349,10 +349,10 @@ def test_alive_counters_count_losses_without_a_sample_counter(classic):
 def test_a_jump_of_an_alive_counter_for_which_there_was_no_time_is_no_loss(classic, jump):
     """Stamps in step and a counter that is not: how many are missing is not known, and it is not said."""
     frames = streams.classic(classic, np.arange(4000) * 20)
-    status = frames.rows(frames.ident == STATUS)
-    later = status.rows(slice(50 + jump, None))
+    status = frames.select(frames.ident == STATUS)
+    later = status.select(slice(50 + jump, None))
     later.stamp_ns[:] = status.stamp_ns[50 : 50 + len(later.stamp_ns)]
-    found, decoder = decode(classic, concatenate_frames([status.rows(slice(0, 50)), later]))
+    found, decoder = decode(classic, concatenate_frames([status.select(slice(0, 50)), later]))
     assert found["EtbStatus"].lost_before[50] == LOSS_UNKNOWN
     assert decoder.lost == 0
     assert decoder.statistics()["EtbStatus"].unknown == 1

@@ -99,7 +99,7 @@ def test_another_controller_serves_without_a_line_of_code(tmp_path):
     assert (frames.flags == FrameFlag.EXTENDED).all()
     assert (frames.ident == 0x18FEF1FF).all()
     decoder = Decoder(dialect)
-    (block,) = decoder.push(frames.rows(np.arange(400) != 200))
+    (block,) = decoder.push(frames.select(np.arange(400) != 200))
     kept = np.delete(np.arange(400), 200)
     np.testing.assert_array_equal(np.diff(block.time_ns), np.diff(ticks[kept]) * 100_000)
     np.testing.assert_allclose(block.columns["motor_current"], -1.5)

@@ -49,8 +49,8 @@ def traffic(fd):
 
 def write(path, frames):
     log = write_log(path, int(frames.stamp_ns[0]))
-    log.write(frames.rows(slice(100)))
-    log.write(frames.rows(slice(100, None)))
+    log.write(frames.select(slice(100)))
+    log.write(frames.select(slice(100, None)))
     log.close()
     return log.left_out
 
@@ -62,7 +62,7 @@ def held(suffix, frames):
         keep &= (frames.flags & FrameFlag.FD) == 0
     if suffix in DATA_ALONE:
         keep &= (frames.flags & (ERROR | REMOTE)) == 0
-    kept = frames.rows(keep)
+    kept = frames.select(keep)
     if suffix in WITHOUT_REMOTE_LENGTH:
         kept.length[(kept.flags & REMOTE) != 0] = 0
     return kept
@@ -152,7 +152,7 @@ def test_a_cut_file_gives_its_beginning_and_says_so(tmp_path, suffix):
             assert str(path) in str(error)  # noqa: PT017
             continue
         if len(got):
-            assert_same(got, expected.rows(slice(len(got))), suffix)
+            assert_same(got, expected.select(slice(len(got))), suffix)
         cannot_be_seen = len(got) == len(expected)
         if suffix in TEXT:
             end = content.rfind(b"\n", 0, size) + 1

@@ -123,8 +123,8 @@ def test_frames_written_by_us_are_read_by_python_can(tmp_path):
     frames.flags[::2] |= np.uint8(FrameFlag.SENT)
     path = tmp_path / "ours.mf4"
     log = write_log(path, 0)
-    log.write(frames.rows(slice(30)))
-    log.write(frames.rows(slice(30, None)))
+    log.write(frames.select(slice(30)))
+    log.write(frames.select(slice(30, None)))
     log.close()
     with MF4Reader(path) as reader:
         peer = from_messages(list(reader))
@@ -152,8 +152,8 @@ def test_asammdf_decodes_what_we_write_as_we_decode_it(tmp_path):
     )
     path = tmp_path / "ours.mf4"
     log = write_log(path, int(frames.stamp_ns[0]))
-    log.write(frames.rows(slice(5000)))
-    log.write(frames.rows(slice(5000, None)))
+    log.write(frames.select(slice(5000)))
+    log.write(frames.select(slice(5000, None)))
     log.close()
     (ours,) = ColumnDecoder(cantools.database.load_file(dbc).messages).push(frames)
     with asammdf.MDF(path) as mdf:

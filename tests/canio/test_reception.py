@@ -47,7 +47,7 @@ def received(frames, dialect=CLASSIC, pieces=1):
     """Return the samples of each message, and its statistics."""
     decoder, blocks = Decoder(dialect), {}
     for rows in np.array_split(np.arange(len(frames)), pieces):
-        for block in decoder.push(frames.rows(rows)):
+        for block in decoder.push(frames.select(rows)):
             blocks.setdefault(block.source, []).append(block)
     return {name: concatenate(parts) for name, parts in blocks.items()}, decoder.statistics()
 
@@ -313,7 +313,7 @@ def test_stamps_may_be_off_by_some_wraps_of_the_sample_counter(start, stalled, a
     frames = frames_of("EtbEncoder", np.arange(12), stamps, ticks)
     if asked:
         rows = [slice(0, stalled), slice(stalled, None)]
-        frames = concatenate_frames([frames.rows(rows[0]), requested(int(stamps[stalled])), frames.rows(rows[1])])
+        frames = concatenate_frames([frames.select(rows[0]), requested(int(stamps[stalled])), frames.select(rows[1])])
     found, statistics = received(frames)
     assert (np.diff(found["EtbEncoder"].time_ns) == interval * TICK).all()
     assert statistics["EtbEncoder"].frames == 12
@@ -375,7 +375,7 @@ def test_frames_that_are_too_short_or_spoilt_count_for_their_message_and_change_
     assert {name: (one.too_short, one.crc_failures, one.frames) for name, one in statistics.items() if one.frames} == {
         "EtbCurrent": (1, 0, 7), "EtbEncoder": (0, 2, 6), "EtbStatus": (0, 1, 7),
     }  # fmt: skip
-    kept = frames.rows(np.setdiff1d(np.arange(len(frames)), [rows["EtbCurrent"][3], *rows["EtbEncoder"][[2, 4]],
+    kept = frames.select(np.setdiff1d(np.arange(len(frames)), [rows["EtbCurrent"][3], *rows["EtbEncoder"][[2, 4]],
                                                               rows["EtbStatus"][5]]))  # fmt: skip
     for name, block in received(kept)[0].items():
         assert found[name].time_ns.tolist() == block.time_ns.tolist()

@@ -41,7 +41,7 @@ def logs(draw):
 def written(path, frames, parts=1):
     log = BlfLog(path, START)
     for part in np.array_split(np.arange(len(frames)), parts):
-        log.write(frames.rows(part))
+        log.write(frames.select(part))
         log.flush()
     log.close()
 
@@ -155,7 +155,7 @@ def test_a_file_cut_anywhere_gives_what_stands_before(tmp_path):
             continue
         reader = read_blf(path)
         got = concatenate_frames(reader)
-        assert_same(got, frames.rows(slice(len(got))))
+        assert_same(got, frames.select(slice(len(got))))
         assert reader.notes or size == len(raw)
         lengths.append(len(got))
     assert lengths == sorted(lengths, reverse=True)
@@ -204,7 +204,7 @@ def test_a_damaged_container_costs_itself_only_and_is_noted(tmp_path):
     path.write_bytes(raw)
     reader = read_blf(path)
     got = concatenate_frames(reader)
-    assert_same(got, concatenate_frames([frames.rows(slice(100)), frames.rows(slice(200, 300))]))
+    assert_same(got, concatenate_frames([frames.select(slice(100)), frames.select(slice(200, 300))]))
     (note,) = reader.notes
     assert "a container is damaged" in note
 
@@ -279,16 +279,16 @@ from pathlib import Path
 import test_blf
 log = test_blf.BlfLog(Path({str(path)!r}), test_blf.START)
 frames = test_blf.traffic(5000)
-log.write(frames.rows(slice(0, 100)))
+log.write(frames.select(slice(0, 100)))
 log.flush()
-log.write(frames.rows(slice(100, 4321)))
+log.write(frames.select(slice(100, 4321)))
 log.flush()
-log.write(frames.rows(slice(4321, 4400)))
+log.write(frames.select(slice(4321, 4400)))
 os.kill(os.getpid(), signal.SIGKILL)
 """
     done = subprocess.run([sys.executable, "-c", script], check=False)
     assert done.returncode == -9
-    assert_same(concatenate_frames(read_blf(path)), traffic(5000).rows(slice(4321)))
+    assert_same(concatenate_frames(read_blf(path)), traffic(5000).select(slice(4321)))
     with can.BLFReader(path) as reader:
         theirs = from_messages(reader)
     assert len(theirs) == 4321
@@ -319,9 +319,9 @@ def test_a_full_disk_is_a_bench_fault_and_leaves_whole_containers(tmp_path, monk
     path = tmp_path / "log.blf"
     log = BlfLog(path, START)
     frames = traffic(2000)
-    log.write(frames.rows(slice(0, 1000)))
+    log.write(frames.select(slice(0, 1000)))
     log.flush()
-    log.write(frames.rows(slice(1000, 2000)))
+    log.write(frames.select(slice(1000, 2000)))
     whole = path.stat().st_size
     file = log._file
 
@@ -340,7 +340,7 @@ def test_a_full_disk_is_a_bench_fault_and_leaves_whole_containers(tmp_path, monk
             log.flush()
     assert path.stat().st_size == whole
     log.close()
-    assert_same(concatenate_frames(read_blf(path)), frames.rows(slice(0, 1000)))
+    assert_same(concatenate_frames(read_blf(path)), frames.select(slice(0, 1000)))
 
 
 def test_a_folder_that_is_not_there_is_a_bench_fault(tmp_path):

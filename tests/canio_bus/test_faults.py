@@ -119,7 +119,7 @@ def test_a_node_hears_a_delayed_frame_when_it_arrives():
 
         def run(self, until_ns, inbox):
             self.calls.append((until_ns, rows_of(inbox)))
-            return inbox.rows(slice(0))
+            return inbox.select(slice(0))
 
     network = VirtualNetwork(faults=[Delayed(ALWAYS, 2 * MS)])
     ear = Ear()

@@ -20,7 +20,7 @@ def test_load_is_the_sum_over_the_last_full_window(start, gaps, parts, rest):
     frames = block([(int(stamp), i % 2048, 0, bytes(i % 9)) for i, stamp in enumerate(stamps)])
     meter = LoadMeter(start, 500_000, 2_000_000)
     for part in np.array_split(np.arange(len(frames)), parts):
-        meter.note(frames.rows(part))
+        meter.note(frames.select(part))
     now = (int(stamps[-1]) if len(stamps) else start) + rest
     busy = frame_bits(frames)[0] * 2000
     first = (start // BIN_NS + 1) * BIN_NS

@@ -88,7 +88,7 @@ class Script:
     def run(self, until_ns, inbox):
         self.heard.append(inbox)
         due = self._frames.stamp_ns <= until_ns
-        now, self._frames = self._frames.rows(due), self._frames.rows(~due)
+        now, self._frames = self._frames.select(due), self._frames.select(~due)
         return now
 
 

@@ -62,7 +62,7 @@ def run(node, inbox, end_ns, cuts=()):
     blocks, at = [], 0
     for cut in [*sorted(cuts), end_ns]:
         arrived = int(np.searchsorted(inbox.stamp_ns, cut, side="right"))
-        blocks.append(node.run(cut, inbox.rows(slice(at, arrived))))
+        blocks.append(node.run(cut, inbox.select(slice(at, arrived))))
         at = arrived
     return concatenate_frames(blocks)
 
@@ -185,7 +185,7 @@ def test_a_frame_with_a_wrong_crc_changes_nothing_and_is_reported(kind):
 
 @both
 def test_a_stuck_alive_counter_is_refused_until_the_watchdog_takes_the_drive_off(kind):
-    stuck = commands(kind, [MS // 4]).rows(np.zeros(12, np.intp))
+    stuck = commands(kind, [MS // 4]).select(np.zeros(12, np.intp))
     stuck.stamp_ns[:] = MS // 4 + np.arange(12) * 5 * MS
     seen = []
     node = controller(kind, on_switch=seen.append)
@@ -201,7 +201,7 @@ def test_a_stuck_alive_counter_is_refused_until_the_watchdog_takes_the_drive_off
 
 @both
 def test_short_remote_error_own_and_foreign_frames_move_nothing(kind):
-    good = commands(kind, np.arange(5) * 5 * MS + 1).rows(np.arange(5))  # a copy that may be written to
+    good = commands(kind, np.arange(5) * 5 * MS + 1).select(np.arange(5))  # a copy that may be written to
     for row, flag in enumerate((FrameFlag.REMOTE, FrameFlag.ERROR, FrameFlag.SENT, FrameFlag.EXTENDED)):
         good.flags[row] |= flag
     good.length[4] -= 1

@@ -80,7 +80,7 @@ def test_it_obeys_and_answers_in_its_own_words(dialect):
     target = MessageWriter(dialect, "Target").write(values, stamps - MS // 2)
     ask = MessageWriter(dialect, "Ask").write({"request_signals": 3.0, "request_rate": 500.0}, [0])
     inbox = concatenate_frames([ask, mode, target])
-    inbox = inbox.rows(np.argsort(inbox.stamp_ns, kind="stable"))
+    inbox = inbox.select(np.argsort(inbox.stamp_ns, kind="stable"))
     node = VirtualController(model("default"), dialect, 1, start_angle=0.3)
     frames = node.run(300 * MS, inbox)
     database = cantools.database.load_string(DBC, "dbc")

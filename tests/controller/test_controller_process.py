@@ -58,7 +58,7 @@ class Bus:
     def receive(self):
         self._check()
         arrived = int(np.searchsorted(self._frames.stamp_ns, self._host.now, side="right"))
-        block = self._frames.rows(slice(self._at, arrived))
+        block = self._frames.select(slice(self._at, arrived))
         self._at = arrived
         return block
 
@@ -135,7 +135,7 @@ def test_stamps_of_a_clock_that_was_set_are_kept_near_the_present():
                 self._frames.stamp_ns > START_NS + 10**12, self._frames.stamp_ns - 3600 * 10**9, self._frames.stamp_ns
             )
             arrived = int(np.searchsorted(order, self._host.now, side="right"))
-            block = self._frames.rows(slice(self._at, arrived))
+            block = self._frames.select(slice(self._at, arrived))
             self._at = arrived
             return block
 

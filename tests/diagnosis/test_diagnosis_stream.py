@@ -51,7 +51,7 @@ def cut(pieces, sizes):
         start, turn = 0, 0
         while start < len(rows):
             size = sizes[turn % len(sizes)]
-            yield rows.rows(slice(start, start + size)), kind
+            yield rows.select(slice(start, start + size)), kind
             start, turn = start + size, turn + 1
 
 

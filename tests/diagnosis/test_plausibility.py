@@ -27,9 +27,9 @@ def rows(start, current, mode, rng):
     return SampleBlock("joined", time_ns, time_ns + 200_000, columns, np.zeros(count, np.int64))
 
 
-def doubts(*stretches):
+def doubts(*segments):
     rng, watch = np.random.default_rng(1), Plausibility(load_model(find("model", "default")))
-    for number, (current, mode) in enumerate(stretches):
+    for number, (current, mode) in enumerate(segments):
         watch.push(rows(number * 500_000_000, current, mode, rng), number, moving=False)
     return [doubt.id for doubt in watch.doubts()]
 
@@ -85,7 +85,7 @@ class Record:
             watch.ask(asked, 0)
         edges = np.linspace(0, len(self.time_ns), pieces + 1).astype(int)
         for start, end in itertools.pairwise(edges):
-            watch.push(self.block().rows(slice(start, end)), 0, moving=moving)
+            watch.push(self.block().select(slice(start, end)), 0, moving=moving)
         return watch.doubts()
 
     def ids(self, **how):
@@ -401,7 +401,7 @@ def test_how_the_rows_are_cut_changes_no_doubt(pieces):
 
 
 def bridge_off(*means, length=1_000, settle=99):
-    """Return a record with the bridge off in stretches, between them on; the current settles slowly in each."""
+    """Return a record with the bridge off in segments, between them on; the current settles slowly in each."""
     record = Record(count=len(means) * (length + 100))
     for number, mean in enumerate(means):
         start = number * (length + 100)

@@ -1,4 +1,4 @@
-"""Intervals from drawn stretches against what repeated noise shows."""
+"""Intervals from drawn segments against what repeated noise shows."""
 
 import numpy as np
 import pytest
@@ -32,12 +32,12 @@ def test_noise_that_lasts_is_seen():
     assert 0.92 < covered < 0.98
 
 
-@pytest.mark.parametrize("stretches", [5, 8, 15])
-def test_few_stretches(stretches):
+@pytest.mark.parametrize("segments", [5, 8, 15])
+def test_few_stretches(segments):
     rng = np.random.default_rng(5)
-    cluster = np.repeat(np.arange(stretches), 4)
-    noises = np.repeat(rng.standard_normal((600, stretches)), 4, axis=1)
-    covered, _ = held(np.ones((4 * stretches, 1)), cluster, noises, 0)
+    cluster = np.repeat(np.arange(segments), 4)
+    noises = np.repeat(rng.standard_normal((600, segments)), 4, axis=1)
+    covered, _ = held(np.ones((4 * segments, 1)), cluster, noises, 0)
     assert 0.92 < covered < 0.98
 
 

@@ -9,7 +9,7 @@ from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.discrepancy.search.stepwise import search
-from etb_hil.plant.effects import ports, readings, teeth
+from etb_hil.plant.effects import backlash_contact, ports, readings
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.contract import misfits, misstatements
 from etb_hil.plant.effects.curves import bell, halved, pointed, side
@@ -152,7 +152,7 @@ def _apart(p, omega):
     """By how much plate sensor and encoder differ where the plate slides past a place well above limp-home."""
     way = np.linspace(0.5, 0.8, 301)[:: int(np.sign(omega))]
     theta, gear = way[150], MODEL.values.gear_ratio
-    plate = teeth.on_plate(theta, theta, omega, 0.0, p) - theta if ports.is_loose(p) else 0.0
+    plate = backlash_contact.on_plate(theta, theta, omega, 0.0, p) - theta if ports.is_loose(p) else 0.0
     read = readings.measured_angle(way * gear, p) / gear
     return plate + (readings.measured_plate(way, p) - way)[150] - (read - way)[150]
 

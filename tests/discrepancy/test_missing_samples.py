@@ -22,7 +22,7 @@ def changed(recording, keep=None, **columns):
     block = recording.block(recording.sources[0])
     found = Recording("changed", ClockGrade.TABLE)
     whole = replace(block, columns={**block.columns, **columns})
-    found.append([whole if keep is None else whole.rows(keep)])
+    found.append([whole if keep is None else whole.select(keep)])
     return found
 
 

@@ -7,7 +7,8 @@ from importlib.resources import files
 import pytest
 
 from etb_hil.base.errors import InputError
-from etb_hil.bench.wording import BENCH_REASONS, UNIT_REASONS
+from etb_hil.bench.bench_reasons import BENCH_REASONS
+from etb_hil.bench.unit_reasons import UNIT_REASONS
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.page.password import Password, set_password
 

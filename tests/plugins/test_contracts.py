@@ -150,7 +150,7 @@ def test_a_reader_that_loses_frames_is_seen(sound, tmp_path):
     def moody(path):
         class Moody(module.FrameLines):
             def __iter__(self):
-                return (block.rows(slice(next(turns), None)) for block in super().__iter__())
+                return (block.select(slice(next(turns), None)) for block in super().__iter__())
 
         return Moody(path)
 

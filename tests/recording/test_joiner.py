@@ -18,7 +18,7 @@ def block(source, role, times, stamp_after=0):
 
 def cut(samples, edges):
     edges = sorted({min(e, len(samples)) for e in edges} | {0, len(samples)})
-    return [samples.rows(slice(a, b)) for a, b in pairwise(edges)]
+    return [samples.select(slice(a, b)) for a, b in pairwise(edges)]
 
 
 subset = st.sets(st.integers(0, 60), max_size=50).map(sorted)

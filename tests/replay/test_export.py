@@ -46,7 +46,7 @@ def traffic(count=3000, *, fd=False, odd_ns=0):
 def test_the_frames_survive(tmp_path, suffix, fd):
     frames = traffic(fd=fd)
     path = tmp_path / f"out{suffix}"
-    done = export([frames.rows(slice(1000)), frames.rows(slice(1000, None))], path)
+    done = export([frames.select(slice(1000)), frames.select(slice(1000, None))], path)
     got = concatenate_frames(read_log(path))
     assert done.frames == len(got) == len(frames)
     assert done.left_out == 0
@@ -95,7 +95,7 @@ def messages(live):
 def decoded(live, messages, name):
     message = next(message for message in messages if message.name == name)
     frames = concatenate_frames(read_log(live.session.raw_log))
-    rows = frames.rows(frames.ident == message.frame_id)
+    rows = frames.select(frames.ident == message.frame_id)
     return rows.stamp_ns, [message.decode(data.tobytes()[: message.length], decode_choices=False) for data in rows.data]
 
 
@@ -189,14 +189,14 @@ def test_whatever_differs_is_counted(column, row, value, says):
     before.length[:], after.length[:] = 8, 8
     before.data[8], after.data[8] = 0, 0
     getattr(after, column)[row] = value
-    assert losses([before], [after.rows(slice(40)), after.rows(slice(40, None))]).gone == {says: 1}
+    assert losses([before], [after.select(slice(40)), after.select(slice(40, None))]).gone == {says: 1}
 
 
 @pytest.mark.parametrize("suffix", [".blf", ".mf4"])
 def test_stamps_that_fall_are_kept(tmp_path, suffix):
     frames = traffic()
     frames.stamp_ns[1500:] -= 5_000_000_000
-    done = export([frames.rows(slice(1000)), frames.rows(slice(1000, None))], tmp_path / f"out{suffix}")
+    done = export([frames.select(slice(1000)), frames.select(slice(1000, None))], tmp_path / f"out{suffix}")
     assert done.losses.worst_ns <= 1
     got = concatenate_frames(read_log(tmp_path / f"out{suffix}"))
     assert np.abs(got.stamp_ns - frames.stamp_ns).max() <= 1
@@ -276,7 +276,7 @@ def test_frames_of_one_stamp_are_no_losses_in_mf4_which_has_no_order_of_kinds(tm
     frames.flags[::3] |= np.uint8(FrameFlag.ERROR)
     frames.flags[1::3] |= np.uint8(FrameFlag.REMOTE)
     frames.data[(frames.flags & (FrameFlag.ERROR | FrameFlag.REMOTE)) != 0] = 0
-    done = export([frames.rows(slice(k, k + 130)) for k in range(0, 4000, 130)], tmp_path / "ties.mf4")
+    done = export([frames.select(slice(k, k + 130)) for k in range(0, 4000, 130)], tmp_path / "ties.mf4")
     assert done.losses.frames == 4000
     assert "payload" not in done.losses.gone
     assert "identifier" not in done.losses.gone

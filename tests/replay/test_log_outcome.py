@@ -97,12 +97,12 @@ def test_the_place_of_a_verdict_among_those_of_a_log(verdict, reason, place):
 
 
 def test_an_outcome_comes_back_from_its_json(part):
-    outcome = Outcome("k", "a.blf", JUDGED, "bench", 3, judged=replace(part, exceedances=(EPISODE,)), stretches=2)
+    outcome = Outcome("k", "a.blf", JUDGED, "bench", 3, judged=replace(part, exceedances=(EPISODE,)), segments=2)
     assert from_json(as_json(outcome)) == outcome
     assert outcome.exceedances == (EPISODE,)
     refused = Outcome("k", "a.blf", REFUSED, error="no log")
     assert from_json(as_json(refused)) == refused
-    assert (refused.exceedances, refused.stretches) == ((), 0)
+    assert (refused.exceedances, refused.segments) == ((), 0)
 
 
 def test_an_outcome_of_another_version_is_none():

@@ -22,13 +22,13 @@ import pytest
 from whole_run import run_on
 
 from etb_hil.base.errors import BenchFault, InputError
-from etb_hil.bench.wording import UNIT_REASONS
+from etb_hil.bench.unit_reasons import UNIT_REASONS
 from etb_hil.canio.frames import concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
 from etb_hil.cli.progress_line import duration
-from etb_hil.replays.log_replay import STRETCH_S
+from etb_hil.replays.log_replay import SEGMENT_S
 from etb_hil.replays.many_logs import PROGRESS, judge_many, judge_task, tasks_for
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, Outcome, rank
 from etb_hil.replays.parquet import write_parquet
@@ -210,7 +210,7 @@ def test_units_on_channels_of_one_log_are_judged_each_by_itself(live, sources, t
     frames = concatenate_frames(read_blf(sources[2]))
     other = replace(frames, stamp_ns=frames.stamp_ns + 300_000, channel=np.full_like(frames.channel, 1))
     both = concatenate_frames([frames, other])
-    both = both.rows(np.argsort(both.stamp_ns, kind="stable"))
+    both = both.select(np.argsort(both.stamp_ns, kind="stable"))
     path = tmp_path / "both.blf"
     log = BlfLog(path, int(both.stamp_ns[0]))
     log.write(both)
@@ -357,14 +357,14 @@ def test_a_time_left_is_said_in_words(seconds, words):
 
 
 def test_the_stretch_of_the_command_is_that_of_the_room():
-    assert command.STRETCH_S == STRETCH_S
+    assert command.SEGMENT_S == SEGMENT_S
 
 
 def test_the_times_of_a_log_count_from_its_first_frame(live, tmp_path):
     frames = concatenate_frames(read_blf(live.session.raw_log))
     frames.stamp_ns += 100_000_000_000  # the bench's clock starts at 0
     other = replace(
-        frames.rows(slice(1)), ident=np.full(1, 0x7A1, np.uint32), stamp_ns=frames.stamp_ns[:1] - 90_000_000_000
+        frames.select(slice(1)), ident=np.full(1, 0x7A1, np.uint32), stamp_ns=frames.stamp_ns[:1] - 90_000_000_000
     )
     log = BlfLog(tmp_path / "log.blf", int(other.stamp_ns[0]))
     log.write(other)
@@ -374,7 +374,7 @@ def test_the_times_of_a_log_count_from_its_first_frame(live, tmp_path):
     found = judge_task(tasks_for([tmp_path / "log.blf"], [(rules, None)], None, None)[0])
     alone = judge_task(tasks_for([live.session.raw_log], [(rules, None)], None, None)[0])
     assert found.judged.start_ns == int(other.stamp_ns[0])
-    assert (found.stretches, found.judged.deciding_s) == (1, 90.0)
+    assert (found.segments, found.judged.deciding_s) == (1, 90.0)
     assert "1 of 2 segments" in found.notes
     assert len(found.exceedances) > 0
     for episode, expected in zip(found.exceedances, alone.exceedances, strict=True):
@@ -420,7 +420,7 @@ def test_a_session_that_gives_other_results_than_live_is_marked_and_no_pass(tmp_
 
 
 @pytest.mark.parametrize(
-    ("stretches", "decides"),
+    ("segments", "decides"),
     [
         ([("pass", "within_limits"), ("inconclusive", "too_little_motion")], 0),
         ([("pass", "within_limits"), ("inconclusive", "frames_corrupted")], 1),
@@ -428,8 +428,8 @@ def test_a_session_that_gives_other_results_than_live_is_marked_and_no_pass(tmp_
         ([("inconclusive", "too_little_motion"), ("inconclusive", "samples_lost")], 1),
     ],
 )
-def test_no_pass_outvotes_a_doubt_in_what_was_measured(stretches, decides):
-    assert min(range(len(stretches)), key=lambda place: rank(*stretches[place])) == decides
+def test_no_pass_outvotes_a_doubt_in_what_was_measured(segments, decides):
+    assert min(range(len(segments)), key=lambda place: rank(*segments[place])) == decides
 
 
 def test_what_shows_too_little_are_reasons_that_there_are():

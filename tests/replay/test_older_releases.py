@@ -59,7 +59,7 @@ LOGS = [path for release in RELEASES for path in sorted((release / "logs").iterd
 
 @pytest.mark.parametrize("path", LOGS, ids=lambda path: f"{path.parents[1].name}-{path.name}")
 def test_a_log_of_any_format_gives_its_frames(path):
-    expected = concatenate_frames(read_log(path.parents[1] / "session" / "raw.blf")).rows(IN_LOGS)
+    expected = concatenate_frames(read_log(path.parents[1] / "session" / "raw.blf")).select(IN_LOGS)
     log = read_log(path)
     got = concatenate_frames(log)
     assert log.notes == []

@@ -13,7 +13,7 @@ from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.canio.logs.writing import write_log
 from etb_hil.cli.main import main
 from etb_hil.cli.replay_options import worst
-from etb_hil.replays.against import beside_session
+from etb_hil.replays.against import compare_with_session
 from etb_hil.replays.log_frames import Frames
 from etb_hil.replays.log_replay import LogJob
 from etb_hil.replays.session_replay import rule_files
@@ -27,7 +27,7 @@ def later(frames, ns, **columns):
 
 def nothing_of_the_unit(frames, ns):
     """Return frames of other controllers, from the log's begin on, one a second."""
-    some = frames.rows(np.arange(0, ns // 1_000_000_000) % len(frames))
+    some = frames.select(np.arange(0, ns // 1_000_000_000) % len(frames))
     stamps = frames.stamp_ns[0] + np.arange(len(some)) * 1_000_000_000
     return replace(some, stamp_ns=stamps, ident=np.full(len(some), 0x7A1, np.uint32))
 
@@ -51,16 +51,16 @@ def write(path, *blocks, to=BlfLog):
         ("s --channel 0", "--channel does not go with a session"),
         ("s --bench virtual_fd", "name its raw.blf"),
         ("s --join", "--join does not go with a session"),
-        ("s --stretch 9", "--stretch does not go with a session"),
+        ("s --segment 9", "--segment does not go with a session"),
         ("s --jobs 1 --bench virtual_fd", "there are sessions alone"),
         ("a.blf s --join", "a session is no part of a recording"),
-        ("a.blf --against s --stretch 9", "--stretch does not go with --against"),
+        ("a.blf --against s --segment 9", "--segment does not go with --against"),
         ("a.blf --against s --channel 0 --channel 1", "--against takes one unit (it is 2)"),
         ("a.blf --onto virtual_classic --channel 0 --channel 1", "--onto takes one unit"),
         ("a.blf --onto virtual_classic --model default", "nothing is judged"),
         ("a.blf b.blf --onto virtual_classic", "several sources"),
-        ("a.blf --stretch 0", "--stretch is too short or too long (it is 0.0); allowed: 1 s or more"),
-        ("a.blf --stretch nan", "--stretch is too short or too long"),
+        ("a.blf --segment 0", "--segment is too short or too long (it is 0.0); allowed: 1 s or more"),
+        ("a.blf --segment nan", "--segment is too short or too long"),
         ("a.blf --channel -1", "--channel is out of range"),
         ("a.blf --window nan 3", "--window must begin before it ends"),
     ],
@@ -119,7 +119,7 @@ def test_parts_in_asc_are_joined_by_their_dates(frames, tmp_path):
     cut = len(frames) // 3
     parts = [tmp_path / "a.asc", tmp_path / "b.asc"]
     for path, rows in zip(parts, (slice(cut), slice(cut, None)), strict=True):
-        write(path, frames.rows(rows), to=write_log)
+        write(path, frames.select(rows), to=write_log)
     joined = concatenate_frames(Frames(parts))
     moved = joined.stamp_ns - frames.stamp_ns
     assert np.ptp(moved) < 2_000_000  # their dates are in milliseconds
@@ -129,16 +129,16 @@ def test_parts_in_asc_are_joined_by_their_dates(frames, tmp_path):
 
 def test_a_part_without_a_frame_is_named(frames, tmp_path):
     parts = [tmp_path / "a.blf", tmp_path / "b.log", tmp_path / "c.blf"]
-    write(parts[0], frames.rows(slice(100)))
+    write(parts[0], frames.select(slice(100)))
     parts[1].write_bytes(b"")
-    write(parts[2], frames.rows(slice(100, 200)))
+    write(parts[2], frames.select(slice(100, 200)))
     joined = Frames(parts)
     assert len(concatenate_frames(joined)) == 200
     assert joined.notes == [f"{parts[1]}: holds no frame"]
 
 
 def test_a_part_in_asc_without_a_date_is_refused(frames, tmp_path, capsys):
-    path = write(tmp_path / "a.asc", frames.rows(slice(100)), to=write_log)
+    path = write(tmp_path / "a.asc", frames.select(slice(100)), to=write_log)
     text = (tmp_path / "a.asc").read_text()
     (tmp_path / "b.asc").write_text("base hex  timestamps absolute\n" + text[text.index(" 0.0") :])
     assert main(["replay", path, str(tmp_path / "b.asc"), "--join"]) == ExitCode.BAD_INPUT
@@ -146,7 +146,7 @@ def test_a_part_in_asc_without_a_date_is_refused(frames, tmp_path, capsys):
 
 
 def test_a_log_of_another_time_is_not_compared(live, frames, tmp_path, capsys):
-    path = write(tmp_path / "log.blf", later(frames.rows(slice(100)), 10 * MINUTE_NS))
+    path = write(tmp_path / "log.blf", later(frames.select(slice(100)), 10 * MINUTE_NS))
     assert main(["replay", path, "--against", str(live.session.folder)]) == ExitCode.BAD_INPUT
     assert "no frame is of the time of the session" in capsys.readouterr().err
 
@@ -166,7 +166,7 @@ def test_of_several_judgements_the_worst_is_the_exit_code():
 
 
 def test_one_channel_goes_onto_a_bus_and_several_are_said(frames, tmp_path, capsys):
-    begin = frames.rows(slice(20))
+    begin = frames.select(slice(20))
     path = write(tmp_path / "log.blf", begin, later(begin, 0, channel=np.full_like(begin.channel, 3)))
     assert main(["replay", path, "--onto", "virtual_classic", "--channel", "3"]) == ExitCode.DONE
     said = capsys.readouterr().out
@@ -188,6 +188,6 @@ def test_what_fired_live_fires_in_the_log(tmp_path):
     live = execute(prepare(replace(files(), scenario=path)), tmp_path / "out", "", 1)
     rules = rule_files(live.session)
     job = LogJob((live.session.raw_log,), rules, rules.read())
-    again = beside_session(job, Frames(job.paths), live.session.folder)
+    again = compare_with_session(job, Frames(job.paths), live.session.folder)
     assert [firing is not None for firing in live.analysis.firings] == [False, True]
     assert again.analysis.firings == live.analysis.firings

@@ -14,7 +14,7 @@ from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.cli.main import main
 from etb_hil.replays.log_frames import Frames
-from etb_hil.replays.log_replay import LogJob, judge, stretches
+from etb_hil.replays.log_replay import LogJob, judge, segments
 from etb_hil.replays.onto_bus import LEAD_NS, send_log
 from etb_hil.replays.session_replay import replay, rule_files
 from etb_hil.replays.window import Window
@@ -46,7 +46,7 @@ def test_a_bare_log_with_the_phases_of_its_session_gives_every_bit_of_it(live):
 def test_the_first_divergence_is_named_with_its_time(live, frames, tmp_path):
     current = live.analysis.recording.block("EtbCurrent")
     lost = int(np.flatnonzero((frames.ident == 0x120) & (frames.stamp_ns > 2_000_000_000))[0])
-    path = write(tmp_path / "less.blf", frames.rows(np.arange(len(frames)) != lost))
+    path = write(tmp_path / "less.blf", frames.select(np.arange(len(frames)) != lost))
     found = first_divergence(judge(job_of(live, path), Frames([path])), live)
     assert found.signal.startswith("EtbCurrent")
     row = int(np.flatnonzero(current.stamp_ns == frames.stamp_ns[lost])[0])
@@ -82,8 +82,8 @@ def test_other_limits_change_what_the_table_says(live, tmp_path):
 def test_parts_of_a_recording_are_judged_as_one(live, frames, tmp_path):
     cut = len(frames) // 3
     parts = [
-        write(tmp_path / "a.blf", frames.rows(slice(cut))),
-        write(tmp_path / "b.blf", frames.rows(slice(cut, None))),
+        write(tmp_path / "a.blf", frames.select(slice(cut))),
+        write(tmp_path / "b.blf", frames.select(slice(cut, None))),
     ]
     assert first_divergence(judge(job_of(live, *parts), Frames(parts)), live) is None
     with pytest.raises(InputError, match="starts before the file in front of it ends"):
@@ -92,7 +92,7 @@ def test_parts_of_a_recording_are_judged_as_one(live, frames, tmp_path):
 
 def test_a_stretch_is_judged_as_its_window(live):
     job = job_of(live, with_phases=False)
-    found = [judge(job, part) for part in stretches(Frames(job.paths), 7_000_000_000)]
+    found = [judge(job, part) for part in segments(Frames(job.paths), 7_000_000_000)]
     assert len(found) == 3
     for number, finished in enumerate(found):
         window = Window(number * 7_000_000_000, (number + 1) * 7_000_000_000)
@@ -117,7 +117,7 @@ def test_stretches_hold_every_frame_once(steps, length):
         stamps = (stamp + np.cumsum(part)).tolist()
         stamp = stamps[-1]
         blocks.append(block_of(stamps))
-    parts = [concatenate_frames(part) for part in stretches(iter(blocks), length)]
+    parts = [concatenate_frames(part) for part in segments(iter(blocks), length)]
     whole = concatenate_frames(blocks)
     np.testing.assert_array_equal(concatenate_frames(parts).stamp_ns, whole.stamp_ns)
     numbers = [set(((part.stamp_ns - whole.stamp_ns[0]) // length).tolist()) for part in parts]
@@ -128,16 +128,16 @@ def test_stretches_hold_every_frame_once(steps, length):
 def test_a_clock_set_back_makes_no_endless_stretch():
     stamps = [0, 5, 12, 9_000, 13, 19, 21, 15, 29, 3, 8, 12]  # of a damaged stamp, a late frame, and a clock set back
     whole = block_of(stamps)
-    for blocks in ([whole], [whole.rows(slice(row, row + 1)) for row in range(len(whole))]):
-        parts = [concatenate_frames(part).stamp_ns.tolist() for part in stretches(blocks, 10)]
+    for blocks in ([whole], [whole.select(slice(row, row + 1)) for row in range(len(whole))]):
+        parts = [concatenate_frames(part).stamp_ns.tolist() for part in segments(blocks, 10)]
         assert parts == [[0, 5], [12], [9_000], [13, 19], [21, 15, 29], [3, 8], [12]]
 
 
 def test_on_a_bus_the_frames_keep_their_spacing(frames):
     network = VirtualNetwork(1_000_000, 1_000_000, fd=False, start_ns=0)
     sender, listener = VirtualLink(network), VirtualLink(network)
-    part = frames.rows(slice(500))
-    done = send_log([part.rows(slice(200)), part.rows(slice(200, None))], sender, network.clock, fd=False)
+    part = frames.select(slice(500))
+    done = send_log([part.select(slice(200)), part.select(slice(200, None))], sender, network.clock, fd=False)
     network.clock.sleep_until_ns(network.clock.now_ns() + 10_000_000)
     got = listener.receive()
     np.testing.assert_array_equal(got.ident, part.ident)
@@ -154,7 +154,7 @@ def test_what_a_bus_cannot_carry_is_left_out():
     block.flags[:] = [0, FrameFlag.FD, FrameFlag.ERROR]
     assert send_log([block], VirtualLink(network), network.clock, fd=False).left_out == 2
     with pytest.raises(BenchFault, match="holds no frame"):
-        send_log([block.rows(slice(1, None))], VirtualLink(network), network.clock, fd=False)
+        send_log([block.select(slice(1, None))], VirtualLink(network), network.clock, fd=False)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from etb_hil.cli.replay_options import (
     is_session,
     own_rules,
     require_that_fits,
-    stretch_of,
+    segment_length,
     units_of,
     window_of,
     worst,
@@ -42,11 +42,11 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "words",
     [
-        "a.blf --stretch 1 --channel 0 --channel 255 --bench x --bench y --model m --limits l --observer o",
+        "a.blf --segment 1 --channel 0 --channel 255 --bench x --bench y --model m --limits l --observer o",
         "a.blf --window 0 0.1 --baseline b",
-        "a.blf --stretch 999999999 --window 3 999999999",
+        "a.blf --segment 999999999 --window 3 999999999",
         "a.blf b.blf --join",
-        "a.blf s --jobs 1 --bench virtual_fd --channel 3 --stretch 5 --out o --window 0 1 --model m --limits l",
+        "a.blf s --jobs 1 --bench virtual_fd --channel 3 --segment 5 --out o --window 0 1 --model m --limits l",
         "a.blf b.blf --dask tcp://host:1",
         "s --jobs 2",
         "s --window 0 1 --model m --limits l --observer o --baseline b --against s",
@@ -64,15 +64,15 @@ def test_what_goes_together(words):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("a.blf --stretch 0.99", "--stretch is too short"),
-        ("a.blf --stretch 1e9", "--stretch is too short or too long"),
+        ("a.blf --segment 0.99", "--segment is too short"),
+        ("a.blf --segment 1e9", "--segment is too short or too long"),
         ("a.blf --channel 256", "--channel is out of range (it is 256); allowed: 0 to 255"),
         ("a.blf --window 1 1", "--window must begin before it ends"),
         ("a.blf --window -1 1", "--window must begin before it ends"),
         ("a.blf --window 1 1e9", "--window must begin before it ends"),
         ("a.blf --jobs 1 --observer o", "--observer does not go with --jobs or --dask"),
         ("a.blf --dask x --baseline b", "--baseline does not go with --jobs or --dask"),
-        ("s --jobs 1 --stretch 5", "--stretch: there are sessions alone"),
+        ("s --jobs 1 --segment 5", "--segment: there are sessions alone"),
         ("s s --jobs 1 --channel 5 --bench b", "--bench, --channel: there are sessions alone"),
         ("a.blf --against s --bench a --bench b", "--against takes one unit (it is 2)"),
         ("a.blf --against s --bench a --bench b --channel 1 --channel 2 --channel 3", "takes one unit (it is 6)"),
@@ -92,10 +92,10 @@ def test_what_does_not_go_together(words, says):
 @pytest.mark.usefixtures("folder")
 def test_everything_that_is_wrong_is_said_at_once():
     with pytest.raises(InputError) as caught:
-        require_that_fits(options("a.blf b.blf --out o --stretch 0 --channel -1 --channel 256"))
+        require_that_fits(options("a.blf b.blf --out o --segment 0 --channel -1 --channel 256"))
     said = [problem.what for problem in caught.value.problems]
     assert said == [
-        "--out does not go with a log", "--stretch is too short or too long", "--channel is out of range",
+        "--out does not go with a log", "--segment is too short or too long", "--channel is out of range",
         "--channel is out of range", "several sources",
     ]  # fmt: skip
 
@@ -164,8 +164,8 @@ def test_without_a_baseline_an_exit_code_stays(live, tmp_path, capsys):
 def test_times_are_taken_to_nanoseconds():
     assert window_of(options("a.blf")) is None
     assert window_of(options("a.blf --window 0.1 2.5")) == Window(100_000_000, 2_500_000_000)
-    assert stretch_of(options("a.blf")) == 60.0
-    assert stretch_of(options("a.blf --stretch 7")) == 7.0
+    assert segment_length(options("a.blf")) == 60.0
+    assert segment_length(options("a.blf --segment 7")) == 7.0
 
 
 @pytest.mark.parametrize(

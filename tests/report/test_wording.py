@@ -7,9 +7,9 @@ import pytest
 import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.bench.bench_reasons import BENCH_REASONS
+from etb_hil.bench.unit_reasons import UNIT_REASONS
 from etb_hil.bench.wording import (
-    BENCH_REASONS,
-    UNIT_REASONS,
     bench_wording,
     further_reasons,
     spring_or_friction,

@@ -76,7 +76,7 @@ def test_a_clock_that_was_set_back_hides_no_sample_of_the_phase():
     whole.stamp_ns[:] = np.array([1, 2, 9, 4, 5, 12]) * MS
     for cut in range(7):
         watch = ConditionWatch(condition(above="2 A"), 8 * MS)
-        fired = watch.push([whole.rows(slice(0, cut)), whole.rows(slice(cut, None))])
+        fired = watch.push([whole.select(slice(0, cut)), whole.select(slice(cut, None))])
         assert fired is not None
         assert fired.stamp_ns == 9 * MS
 
@@ -127,7 +127,7 @@ def test_no_cut_of_the_stream_changes_what_fires(series, wanted, cuts, lost):
     cut = ConditionWatch(wanted, 4 * MS)
     edges = sorted({0, len(series), *(c for c in cuts if c < len(series))})
     for start, end in pairwise(edges):
-        cut.push([whole.rows(slice(start, end))])
+        cut.push([whole.select(slice(start, end))])
     assert cut.fired == once
 
 

@@ -35,7 +35,7 @@ def judged(run, frames, cuts):
     for phase in finished.record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind)
     for first, last in zip([0, *cuts], [*cuts, len(frames)], strict=True):
-        analysis.push(frames.rows(slice(first, last)))
+        analysis.push(frames.select(slice(first, last)))
     return analysis.finish().measurements
 
 

@@ -24,7 +24,7 @@ from etb_hil.recording.recording import ClockGrade
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.replays.session_replay import replay
 from etb_hil.report.html_report import render_page
-from etb_hil.session.reading_rows import ReadingRows
+from etb_hil.session.interpolated_readings import InterpolatedReadings
 
 MS = 1_000_000
 CURRENT = DataIdentifier("motor_current", 0xD001, 2, True, 1e-3, 0.0, 10 * MS)
@@ -143,7 +143,7 @@ def test_the_decoder_finds_readings_however_frames_are_cut(cuts):
     frames = exchange()
     edges = [0, *sorted(cuts), len(frames)]
     for first, last in pairwise(edges):
-        for block in decoder.push(frames.rows(slice(first, last))):
+        for block in decoder.push(frames.select(slice(first, last))):
             (role,) = block.columns
             times, values = found.setdefault(role, ([], []))
             times += block.time_ns.tolist()
@@ -174,7 +174,7 @@ def test_rows_lie_on_the_lines_between_readings(cyclic, cuts):
     read_at = np.array([*range(5, 205, 10), *range(300, 390, 10)]) * MS + 300_000
     values = np.sin(read_at * 1e-7)
     at = np.arange(400) * MS
-    rows, got = ReadingRows(cyclic, [CURRENT]), []
+    rows, got = InterpolatedReadings(cyclic, [CURRENT]), []
     edges = [-1, *sorted(c * MS for c in cuts), 400 * MS]
     for first, last in pairwise(edges):
         inside, read = (at > first) & (at <= last), (read_at > first) & (read_at <= last)

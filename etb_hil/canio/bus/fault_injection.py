@@ -93,7 +93,7 @@ class FaultInjection:
         frames = _block(row, data)
         for fault in faults:
             frames = concatenate_frames(
-                [fault.deliver(frames.rows(slice(i, i + 1)), start_ns) for i in range(len(frames))]
+                [fault.deliver(frames.select(slice(i, i + 1)), start_ns) for i in range(len(frames))]
             )
         own = row.copy()
         own[arb.SEEN_BY] &= 1 << sender

@@ -79,7 +79,7 @@ class Lost(Fault):
 
     def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
         """Deliver nothing inside the window."""
-        return frame.rows(slice(0)) if self.window.holds(frame, start_ns) else frame
+        return frame.select(slice(0)) if self.window.holds(frame, start_ns) else frame
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,7 +88,7 @@ class PythonCanLink:
         # A host's clock that is set back between two frames changes their stamps, never the order in which they came.
         come_ns = np.concatenate([np.maximum.accumulate(received.stamp_ns), frames.stamp_ns[len(received) :]])
         order = np.argsort(come_ns, kind="stable")
-        frames = frames.rows(order)
+        frames = frames.select(order)
         self._meter.note(frames)
         return frames
 
@@ -133,7 +133,7 @@ class PythonCanLink:
             if content in self._looped:
                 self._looped.remove(content)
                 others[row] = False
-        return received.rows(others)
+        return received.select(others)
 
     def _on_our_clock(self, received: FrameBlock) -> np.ndarray[Any, np.dtype[np.int64]]:
         """Return stamps on our clock.

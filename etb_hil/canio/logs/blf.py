@@ -92,7 +92,7 @@ class BlfLog:
         frames = concatenate_frames(self._waiting)
         self._waiting, self._rows = [], 0
         for first in range(0, len(frames), _ROWS):
-            part = frames.rows(slice(first, first + _ROWS))
+            part = frames.select(slice(first, first + _ROWS))
             objects = pack(part, self.start_ns)
             packed = zlib.compress(objects, _LEVEL)
             size = _OBJECT.size + _CONTAINER.size + len(packed)

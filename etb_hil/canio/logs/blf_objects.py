@@ -94,7 +94,7 @@ def pack(frames: FrameBlock, start_ns: int) -> bytes:
     error = (frames.flags & FrameFlag.ERROR) != 0
     fd = ~error & ((frames.flags & FrameFlag.FD) != 0)
     kinds = ((CAN_MESSAGE, ~error & ~fd), (CAN_FD_MESSAGE, fd), (CAN_ERROR_EXT, error))
-    parts = [(rows, _objects(frames.rows(rows), kind, start_ns)) for kind, rows in kinds if rows.any()]
+    parts = [(rows, _objects(frames.select(rows), kind, start_ns)) for kind, rows in kinds if rows.any()]
     if len(parts) == 1:
         return parts[0][1].tobytes()
     size = np.zeros(len(frames), np.int64)
@@ -165,7 +165,7 @@ def _without(frames: FrameBlock, far: list[NDArray[np.intp]]) -> tuple[FrameBloc
         return frames, 0
     near = np.ones(len(frames), np.bool_)
     near[np.concatenate(far)] = False
-    return frames.rows(near), int(np.count_nonzero(~near))
+    return frames.select(near), int(np.count_nonzero(~near))
 
 
 @dataclass(frozen=True, slots=True)

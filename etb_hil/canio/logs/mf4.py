@@ -142,7 +142,7 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> tupl
     if int(channel.max(initial=0)) <= _MAX_CHANNEL:
         return frames, 0
     near = channel <= _MAX_CHANNEL
-    return frames.rows(near), int(np.count_nonzero(~near))
+    return frames.select(near), int(np.count_nonzero(~near))
 
 
 def _numbers(records: NDArray[np.uint8], field: Field | None) -> NDArray[np.uint32] | NDArray[np.uint8]:
@@ -177,15 +177,15 @@ def _in_order(sources: list[Iterator[FrameBlock]]) -> Iterator[FrameBlock]:
         parts, part_keys = [], []
         for index, (block, keys) in list(heads.items()):
             cut = int(np.searchsorted(keys, until, side="right"))
-            parts.append(block.rows(slice(cut)))
+            parts.append(block.select(slice(cut)))
             part_keys.append(keys[:cut])
             if cut < len(block):
-                heads[index] = block.rows(slice(cut, None)), keys[cut:]
+                heads[index] = block.select(slice(cut, None)), keys[cut:]
             elif (following := next(keyed[index], None)) is not None:
                 heads[index] = following
             else:
                 del heads[index]
-        yield concatenate_frames(parts).rows(np.argsort(np.concatenate(part_keys), kind="stable"))
+        yield concatenate_frames(parts).select(np.argsort(np.concatenate(part_keys), kind="stable"))
 
 
 def _keyed(source: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, NDArray[np.int64]]]:

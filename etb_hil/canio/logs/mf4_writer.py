@@ -76,7 +76,7 @@ class Mf4Log:
             return
         for kind, rows in ((_DATA, ~error & ~remote), (_ERROR, error), (_REMOTE, remote)):
             if rows.any():
-                self._extend(kind, frames.rows(rows))
+                self._extend(kind, frames.select(rows))
 
     def write_signals(self, found: Iterable[MessageColumns], messages: dict[str, Message], channel: int = 0) -> None:
         """Take decoded signals of a channel, with units and comments of the DBC file.
@@ -143,7 +143,7 @@ class _FrameRecords:
         while first < len(frames):
             count = min(len(frames) - first, _ROWS - self._used)
             part = slice(first, first + count)
-            self._fill(self._records[self._used : self._used + count], seconds[part], frames.rows(part))
+            self._fill(self._records[self._used : self._used + count], seconds[part], frames.select(part))
             self._used += count
             first += count
             if self._used == _ROWS:

@@ -142,7 +142,7 @@ class TextLog:
                 reason = scan_asc(raw, newlines, plain, self._base, columns, passed, state)
             else:
                 reason = scan_candump(raw, newlines, plain, columns, state)
-            yield block.rows(slice(int(state[scan.ROWS])))
+            yield block.select(slice(int(state[scan.ROWS])))
             line = int(state[scan.LINE])
             for other in passed[: int(state[scan.PASSED])].tolist():
                 self._line, self._is_noted = first + other + 1, False

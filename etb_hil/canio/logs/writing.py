@@ -53,7 +53,7 @@ def require_writable(path: Path) -> None:
 def held(suffix: str, frames: FrameBlock) -> FrameBlock:
     """Return the frames that a format can hold."""
     never = _NOT_HELD.get(suffix.removesuffix(".gz"), FrameFlag(0))
-    return frames.rows((frames.flags & never) == 0) if never else frames
+    return frames.select((frames.flags & never) == 0) if never else frames
 
 
 def write_log(path: Path, start_ns: int) -> LogWriter:

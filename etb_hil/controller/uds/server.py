@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 NEGATIVE = 0x7F
 EARLY = 0.6  # of P2 and P2*: when 'response pending' goes out, so that it is there in time
-STRANGER_NS = 200_000_000  # from one request of a second tester to the next
+SECOND_TESTER_NS = 200_000_000  # from one request of a second tester to the next
 BLOCK_SIZE = 8  # frames between two flow controls
 
 
@@ -51,7 +51,7 @@ class UdsServer:
         values = {} if requested is None else {one.number: one for one in requested.identifiers}
         self._services = Services(settings, machine, said, values, learn_stops)
         self._start_ns = machine.start_ns
-        self._stranger_ns = machine.start_ns
+        self._second_tester_ns = machine.start_ns
         self._learn_stops = learn_stops
         self._settings = settings
         self._faults = faults
@@ -73,18 +73,18 @@ class UdsServer:
     def sends(self) -> list[tuple[int, bool]]:
         """The identifiers of its frames, and whether they are extended."""
         settings = self._settings
-        stranger = settings.request if self._faults_of(UdsFaultKind.SECOND_TESTER) else None
-        idents = (settings.response, settings.periodic, stranger)
+        second_tester = settings.request if self._faults_of(UdsFaultKind.SECOND_TESTER) else None
+        idents = (settings.response, settings.periodic, second_tester)
         return [(ident, settings.extended) for ident in idents if ident is not None]
 
     def take(self, frames: FrameBlock) -> None:
         """Take what came from the bus; frames of other identifiers are passed over."""
-        for row in np.flatnonzero(frames.ident == self._settings.request):
-            flags = int(frames.flags[row])
+        for index in np.flatnonzero(frames.ident == self._settings.request):
+            flags = int(frames.flags[index])
             is_extended = bool(flags & FrameFlag.EXTENDED)
             if is_extended == self._settings.extended and not flags & (FrameFlag.REMOTE | FrameFlag.ERROR):
-                data = frames.data[row, : min(int(frames.length[row]), 8)].tobytes()
-                self._arrived.append((int(frames.stamp_ns[row]), data))
+                data = frames.data[index, : min(int(frames.length[index]), 8)].tobytes()
+                self._arrived.append((int(frames.stamp_ns[index]), data))
 
     def next_ns(self, tick_ns: int) -> int | None:
         """Return the first control tick from `tick_ns` on at which it has something to do.
@@ -127,14 +127,14 @@ class UdsServer:
         out = [(self._settings.response, [self._spoilt(data, now_ns) for data in frames])]
         if self._settings.periodic is not None:
             out.append((self._settings.periodic, self._services.due(now_ns)))
-        out.append((self._settings.request, self._asked_by_a_stranger(now_ns)))
+        out.append((self._settings.request, self._asked_by_second_tester(now_ns)))
         return [(ident, data) for ident, data in out if data], self._learn_stops.step(now_ns)
 
-    def _asked_by_a_stranger(self, now_ns: int) -> list[bytes]:
+    def _asked_by_second_tester(self, now_ns: int) -> list[bytes]:
         """Return the frame of a second tester, where there is one and it is due."""
-        if now_ns < self._stranger_ns or not self._has(UdsFaultKind.SECOND_TESTER, None, now_ns):
+        if now_ns < self._second_tester_ns or not self._has(UdsFaultKind.SECOND_TESTER, None, now_ns):
             return []
-        self._stranger_ns = now_ns + STRANGER_NS
+        self._second_tester_ns = now_ns + SECOND_TESTER_NS
         return [bytes.fromhex("023e00cccccccccc")]
 
     def _hear(self, stamp_ns: int, data: bytes) -> None:

@@ -112,8 +112,8 @@ def _steady(time: Float64, position: Float64, period: float) -> Iterator[tuple[f
     wide = float(np.median(np.diff(when))) + period
     high = float(np.min(np.abs(where - position[at - 1])))
     taken = np.zeros(len(at), bool)
-    for stretch in sorted(_straight(when.tolist(), where.tolist(), wide, high), key=lambda ends: ends[0] - ends[1]):
-        begin, end = stretch
+    for piece in sorted(_straight(when.tolist(), where.tolist(), wide, high), key=lambda ends: ends[0] - ends[1]):
+        begin, end = piece
         for _ in range(2):  # with the speed of the part, then with that of all which lies on its line
             inside = ~taken & (when >= when[begin] + _SETTLE_S) & (when <= when[end - 1] - _SETTLE_S)
             if np.count_nonzero(inside) < _FEWEST:

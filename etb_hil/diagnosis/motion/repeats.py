@@ -40,7 +40,7 @@ def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float
     (JCGM 100:2008, 5.1.2 and 5.2.2).
     """
     mean = _mean([one.value for one in readings])
-    bounds = [_mean(alike) for alike in zip(*(one.bounds for one in readings), strict=True)]
+    bounds = [_mean(values) for values in zip(*(one.bounds for one in readings), strict=True)]
     below, above = (combined(bounds, _moved(readings, sign) / TWO_SIDED_95) for sign in (-1.0, 1.0))
     return mean, mean - below, mean + above
 
@@ -52,7 +52,7 @@ def _moved(readings: Sequence[Reading], sign: float) -> float:
     """
     shared = zip(*([_farthest(one, ends, sign) for ends in one.shared] for one in readings), strict=True)
     own = (_farthest(one, ends, sign) / len(readings) for one in readings for ends in one.own)
-    return math.hypot(*(_mean(alike) for alike in shared), *own)
+    return math.hypot(*(_mean(values) for values in shared), *own)
 
 
 def _farthest(reading: Reading, ends: Sequence[float], sign: float) -> float:

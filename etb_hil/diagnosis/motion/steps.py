@@ -60,7 +60,7 @@ class StepResponse:
 def step_responses(segments: Sequence[Segment], encoder: Encoder, report_time: ReportTime) -> Iterator[StepResponse]:
     """Yield the responses to all steps between two positions that were held."""
     for segment in segments:
-        held = [stretch for stretch in holds(segment) if _lasts(segment, stretch)]
+        held = [hold for hold in holds(segment) if _lasts(segment, hold)]
         for before, after in pairwise(held):
             if after[0] == before[1] and abs(after[2] - before[2]) >= _LEAST:
                 found = _response(segment, before, after, encoder, report_time)
@@ -89,8 +89,8 @@ def _responses(run: Findings) -> list[StepResponse]:
     return list(step_responses(segments, encoder_of(run), run.report_time)) if segments else []
 
 
-def _lasts(segment: Segment, stretch: tuple[int, int, float]) -> bool:
-    return bool(segment.time[stretch[1] - 1] - segment.time[stretch[0]] > 2.0 * _MEAN_S)
+def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
+    return bool(segment.time[hold[1] - 1] - segment.time[hold[0]] > 2.0 * _MEAN_S)
 
 
 def _response(

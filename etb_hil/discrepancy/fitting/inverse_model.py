@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from etb_hil.base.compiled import njit
 from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.cache import Cache
-from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects import backlash_contact, ports
 from etb_hil.plant.effects.layout import PLATE_INERTIA
 from etb_hil.plant.effects.port import ELASTIC, FRICTION, Port
 from etb_hil.plant.physics import (
@@ -140,7 +140,7 @@ def _hold(angle: Vector, velocity: Vector, acceleration: Vector, p: Vector, plat
         theta, omega = angle[k], velocity[k]
         if loose:
             swing = p[PLATE_INERTIA] * acceleration[k]
-            where = teeth.on_plate(theta, where + theta - angle[max(k - 1, 0)], omega, swing, p)
+            where = backlash_contact.on_plate(theta, where + theta - angle[max(k - 1, 0)], omega, swing, p)
             plate[k] = where
         else:
             where = theta

@@ -135,7 +135,7 @@ def _segments(
     if not found:
         raise InputError(
             Problem(
-                f"{origin} has no stretch of {SHORTEST:g} s without a gap", remedy="measure longer, look for losses"
+                f"{origin} has no segment of {SHORTEST:g} s without a gap", remedy="measure longer, look for losses"
             )
         )
     said = [*recording.notes, *left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]

@@ -35,8 +35,8 @@ def terms(parameters: Mapping[str, Parameter]) -> tuple[str, ...]:
 
     Friction's is one where T_c and T_st have the same: there is one for their curve.
     """
-    alike = parameters["coulomb"].temperature == parameters["stiction"].temperature
-    can = {"resistance", "torque_constant", "back_emf_constant", *(("coulomb", "stiction") if alike else ())}
+    is_shared = parameters["coulomb"].temperature == parameters["stiction"].temperature
+    can = {"resistance", "torque_constant", "back_emf_constant", *(("coulomb", "stiction") if is_shared else ())}
     return tuple(name for name in laws(parameters) if name in can)
 
 

@@ -1,4 +1,4 @@
-"""Rows on one clock for the diagnosis, from samples of several messages."""
+"""Sample and hold: slow signals beside the fast ones, on one clock for the diagnosis."""
 
 from __future__ import annotations
 
@@ -11,48 +11,48 @@ from etb_hil.diagnosis.segments import COMMAND_AGE, COMMAND_FRAME_AGE
 from etb_hil.recording.samples import Float64, Int64, SampleBlock
 
 
-class RowSource(Protocol):
-    """What makes rows of samples while they arrive: a `Joiner`, or `ReadingRows`."""
+class SampleSource(Protocol):
+    """A source of joined samples: a `Joiner`, or `InterpolatedReadings`."""
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
-        """Take new samples; return the rows that became whole, if any."""
+        """Take new samples; return those that are complete, if any."""
         ...
 
 
-class RowBuilder:
-    """Holds the slow signals beside rows of the fast ones.
+class SampleHold:
+    """Hold the last value of each slow signal at the samples of the fast ones.
 
-    The rows do not depend on how the samples were cut into blocks.
+    The result does not depend on how the samples were cut into blocks.
     """
 
-    def __init__(self, rows: RowSource, slow: dict[str, str], commands: Collection[str] = ()) -> None:
-        """Take the rows of `rows`.
+    def __init__(self, source: SampleSource, slow: dict[str, str], commands: Collection[str] = ()) -> None:
+        """Take the samples of a `source`.
 
-        `slow` maps roles to the sources that bring them now and then. With some of them as `commands`, rows have the
-        columns `COMMAND_AGE` and `COMMAND_FRAME_AGE`.
+        `slow` maps roles to the sources that bring them now and then. With some of them as `commands`, the samples have
+        the columns `COMMAND_AGE` and `COMMAND_FRAME_AGE`.
         """
-        self._source = rows
+        self._source = source
         self._held = {role: _Held(source, role) for role, source in slow.items()}
         self._commands = commands
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
-        """Take new samples; return the rows that became whole, if any."""
+        """Take new samples; return those that are complete, if any."""
         arrived = list(blocks)
         for held in self._held.values():
             held.push(arrived)
-        rows = self._source.push(arrived)
-        if rows is None:
+        samples = self._source.push(arrived)
+        if samples is None:
             return None
-        columns, ages = dict(rows.columns), []
+        columns, ages = dict(samples.columns), []
         for role, held in self._held.items():
-            values, since_ns, seen_ns = held.at(rows.stamp_ns)
+            values, since_ns, seen_ns = held.at(samples.stamp_ns)
             columns.setdefault(role, values)
             if role in self._commands:
                 ages.append((since_ns, seen_ns))
         if ages:
             newest = np.fmin.reduce(ages)
             columns |= {name: 1e-9 * age for name, age in zip((COMMAND_AGE, COMMAND_FRAME_AGE), newest, strict=True)}
-        return SampleBlock(rows.source, rows.time_ns, rows.stamp_ns, columns, rows.lost_before)
+        return SampleBlock(samples.source, samples.time_ns, samples.stamp_ns, columns, samples.lost_before)
 
 
 class _Held:

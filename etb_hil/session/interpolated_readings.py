@@ -1,6 +1,6 @@
-"""Rows of a controller that is asked for current or angle.
+"""Interpolation of readings, for a controller that is asked for current or angle.
 
-Readings are few, and lines are drawn between them.
+Readings are few; between two of them values are interpolated linearly.
 """
 
 from __future__ import annotations
@@ -16,20 +16,18 @@ from etb_hil.recording.samples import LOSS_UNKNOWN, Float64, Int64, Joiner, Samp
 if TYPE_CHECKING:
     from etb_hil.canio.data_identifiers import DataIdentifier
 
-GRID_NS = 1_000_000  # rows where no cyclic frame gives their times
+GRID_NS = 1_000_000  # between samples where no cyclic frame gives their times
 
 
-class ReadingRows:
-    """Put readings beside the samples of cyclic frames.
+class InterpolatedReadings:
+    """Interpolate readings at the samples of cyclic frames.
 
-    Every row has the value on the line between two readings.
-
-    Where all of it is read by request, rows come every millisecond. There are no rows where readings are missing. Of
-    the readings, every `stride`-th is used. The rows do not depend on how the samples were cut into blocks.
+    Where no signal is cyclic, there is a sample every millisecond. Where readings are missing, there are no samples. Of
+    the readings, every `stride`-th is used. The result does not depend on how the samples were cut into blocks.
     """
 
     def __init__(self, cyclic: list[str], requested: Iterable[DataIdentifier], stride: int = 1) -> None:
-        """Take rows from the sources `cyclic`, joined, with the `requested` values."""
+        """Take the joined samples of the sources `cyclic`, and the `requested` values."""
         self._joiner = Joiner(cyclic) if cyclic else None
         self._lines = [_Line(one, stride) for one in requested]
         self._pending: SampleBlock | None = None
@@ -37,20 +35,20 @@ class ReadingRows:
         self._dropped = 0
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
-        """Take new samples; return the rows that became whole, if any."""
+        """Take new samples; return those that are complete, if any."""
         arrived = list(blocks)
         for line in self._lines:
             line.push(arrived)
         newest_ns = min(line.newest_ns for line in self._lines)
-        rows = self._grid(newest_ns) if self._joiner is None else self._joiner.push(arrived)
-        waiting = [part for part in (self._pending, rows) if part is not None and len(part)]
+        samples = self._grid(newest_ns) if self._joiner is None else self._joiner.push(arrived)
+        waiting = [part for part in (self._pending, samples) if part is not None and len(part)]
         if not waiting:
             return None
         pending = concatenate(waiting)
         late = np.flatnonzero(pending.stamp_ns > newest_ns)
         cut = int(late[0]) if len(late) else len(pending)
-        self._pending = pending.rows(slice(cut, None))
-        return self._whole(pending.rows(slice(0, cut))) if cut else None
+        self._pending = pending.select(slice(cut, None))
+        return self._whole(pending.select(slice(0, cut))) if cut else None
 
     def _grid(self, newest_ns: int) -> SampleBlock | None:
         if self._grid_ns is None:
@@ -62,29 +60,29 @@ class ReadingRows:
             self._grid_ns = int(stamps[-1]) + GRID_NS
         return SampleBlock("readings", stamps, stamps, {}, np.zeros(len(stamps), np.int64))
 
-    def _whole(self, rows: SampleBlock) -> SampleBlock | None:
-        columns: dict[str, Float64] = dict(rows.columns)
-        known = np.ones(len(rows), np.bool_)
+    def _whole(self, samples: SampleBlock) -> SampleBlock | None:
+        columns: dict[str, Float64] = dict(samples.columns)
+        known = np.ones(len(samples), np.bool_)
         for line in self._lines:
-            columns[line.role], there = line.at(rows.stamp_ns)
+            columns[line.role], there = line.at(samples.stamp_ns)
             known &= there
-        lost = rows.lost_before.copy()
+        lost = samples.lost_before.copy()
         kept = np.flatnonzero(known)
-        before = np.diff(kept, prepend=-1) - 1  # rows dropped right before each one that is kept
+        before = np.diff(kept, prepend=-1) - 1  # samples dropped right before each one that is kept
         dropped = before.astype(np.int64)
         if len(kept):
             dropped[0] += self._dropped
-            self._dropped = len(rows) - 1 - int(kept[-1])
+            self._dropped = len(samples) - 1 - int(kept[-1])
         else:
-            self._dropped += len(rows)
+            self._dropped += len(samples)
             return None
-        whole = SampleBlock("joined", rows.time_ns, rows.stamp_ns, columns, lost).rows(kept)
+        whole = SampleBlock("joined", samples.time_ns, samples.stamp_ns, columns, lost).select(kept)
         whole.lost_before = np.where(whole.lost_before == LOSS_UNKNOWN, LOSS_UNKNOWN, whole.lost_before + dropped)
         return whole
 
 
 class _Line:
-    """The readings of one role, as far as rows may still need them."""
+    """The readings of one role that samples may still need."""
 
     def __init__(self, requested: DataIdentifier, stride: int) -> None:
         self.role = requested.role
@@ -108,7 +106,7 @@ class _Line:
             self.first_ns = int(self._time_ns[0]) if self.first_ns < 0 else self.first_ns
 
     def at(self, stamp_ns: Int64) -> tuple[Float64, np.ndarray]:
-        """Return values (n) on the line between the readings around each stamp.
+        """Return values (n) interpolated between the readings around each stamp.
 
         The second result (n) is whether both readings are near.
         """
@@ -124,11 +122,11 @@ class _Line:
         return values, known
 
 
-def at_readings(rows: SampleBlock, times_ns: Mapping[str, list[int]], roles: Iterable[str]) -> SampleBlock:
-    """Return the first row at or after each reading of the first role.
+def at_readings(samples: SampleBlock, times_ns: Mapping[str, list[int]], roles: Iterable[str]) -> SampleBlock:
+    """Return the first sample at or after each reading of the first role.
 
-    It has what was measured, and not drawn.
+    Its values are measured, not interpolated.
     """
     times = np.array(times_ns[next(iter(roles))], np.int64)
-    index = np.searchsorted(times, rows.stamp_ns, side="right")
-    return rows.rows(np.diff(index, prepend=index[:1] - 1) > 0)
+    index = np.searchsorted(times, samples.stamp_ns, side="right")
+    return samples.select(np.diff(index, prepend=index[:1] - 1) > 0)
