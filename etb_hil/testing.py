@@ -56,7 +56,7 @@ _NAME = "part_under_test"
 def check_effect(effect: Effect) -> None:
     """Assert that an effect keeps its contract.
 
-    It is nothing at zero strength, and changes a driven plant.
+    The effect is nothing at zero strength, and changes a driven plant.
     """
     with _refused_as_failure(), _having("effects", effect.id, effect, is_known=effect.id in CATALOGUE):
         model = load_model(find("model", "default"))
@@ -100,7 +100,7 @@ def check_measurement(kind: MeasurementKind, scenario: str | Path = "friction_ch
 def check_observer(kind: ObserverKind) -> None:
     """Assert that an observer keeps its contract.
 
-    It gives the same bits however its stream is cut, and friction has velocity's sign.
+    The observer gives the same bits however its stream is cut, and friction has velocity's sign.
 
     A sample that is not a number must have no estimate and no effect on later ones beyond a tenth of a second.
     """
@@ -135,7 +135,7 @@ def check_observer(kind: ObserverKind) -> None:
 def check_key(key: SecurityKey) -> None:
     """Assert that a key function keeps its contract.
 
-    It makes the same bytes of a seed each time, and unlocks the virtual controller.
+    The key function makes the same bytes of a seed each time, and unlocks the virtual controller.
     """
     for length in range(1, 17):
         seed = bytes((37 * k + length) % 256 for k in range(length))
@@ -155,7 +155,7 @@ def check_key(key: SecurityKey) -> None:
 def check_law(law: ControlLaw) -> None:
     """Assert that a position law keeps its contract.
 
-    It compiles, stays finite, and carries a friction check on the virtual bench.
+    The law compiles, stays finite, and carries a friction check on the virtual bench.
     """
     own = next((name for name, one in LAWS.all_own().items() if one is law), None)
     with _refused_as_failure(), _having("laws", own or _NAME, law, is_known=own is not None) as name:
@@ -172,7 +172,7 @@ def check_law(law: ControlLaw) -> None:
 def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None:
     """Assert that a kind of phase keeps its contract.
 
-    It gives finite set-points, the same each time, and runs on the virtual bench.
+    The kind of phase gives finite set-points, the same each time, and runs on the virtual bench.
 
     `settings` are its keys in a scenario, without `kind` and `id`.
     """
@@ -205,7 +205,7 @@ def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None
 def check_reader(reader: Reader, path: str | Path) -> None:
     """Assert that a reader keeps its contract.
 
-    It gives a file's frames, the same each time, and of a file cut short those before the cut.
+    The reader gives a file's frames, the same each time, and of a file cut short those before the cut.
     """
     path = Path(path)
     with _refused_as_failure(), _having("readers", _NAME, reader), tempfile.TemporaryDirectory() as folder:

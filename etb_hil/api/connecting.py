@@ -129,8 +129,8 @@ class ConnectedBench:
     def phase(self, kind: str, **settings: object) -> Seen:
         """Run a phase of any kind that scenario files have, with its settings there.
 
-        It is checked and rehearsed on the bench's model before anything moves. Returns what was seen last. Raises
-        InputError where it is wrong or leaves the bench's limits, BenchFault where the bench ended the run.
+        The phase is checked and rehearsed on the bench's model before anything moves. Returns what was seen last.
+        Raises InputError where it is wrong or leaves the bench's limits, BenchFault where the bench ended the run.
         """
         from etb_hil.api.own_code import checked_phase, plain
 

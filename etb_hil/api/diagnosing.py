@@ -22,7 +22,7 @@ NEEDED = ("motor_current", "motor_angle")
 class Judgement(DiagnosisResult):
     """What a recording says of the unit.
 
-    It has `verdict`, `reasons` (the first decided), `measurements` and `exceedances`.
+    The judgement has `verdict`, `reasons` (the first decided), `measurements` and `exceedances`.
     """
 
     __slots__ = ()

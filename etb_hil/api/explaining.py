@@ -90,7 +90,7 @@ class Explanation:
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure of the part that the model gets most wrong.
 
-        It shows that before and after; None where there is none.
+        The figure shows that before and after; None where there is none.
         """
         from etb_hil.report.drawing import figure_of
 
@@ -153,7 +153,7 @@ def explain(
 ) -> Explanation:
     """Explain what a model gets wrong of a recording.
 
-    It is the first of those given; the causes are tried on the others.
+    The recording is the first of those given; the causes are tried on the others.
 
     A recording may be a path that `read` takes by itself. `model` is by default that of the first one's session;
     `limits` are by default those of the session, else the stock ones. `is_same_unit`: all are of one unit, so that what

@@ -49,7 +49,7 @@ def plain(entry: dict[str, Any]) -> dict[str, Any]:
 def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str], job: Job) -> None:
     """Raise InputError where a phase is wrong or leaves the bench's limits.
 
-    It may do the latter on the bench's model.
+    A phase may do the latter on the bench's model.
 
     `held_at` is where the plate is held before it, in rad, None with the bridge off; `known` are ids that are taken.
     """

@@ -95,7 +95,7 @@ class Run:
     def series(self) -> Mapping[str, Float64]:
         """Columns that the report draws, in SI.
 
-        Traces every millisecond, points and curve of friction over speed.
+        They are traces every millisecond, points and curve of friction over speed.
         """
         return self._finished.series
 

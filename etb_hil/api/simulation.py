@@ -110,7 +110,7 @@ def _voltage(
 def _temperature(given: recording.Recording, time_ns: Int64) -> Float64:
     """Return the housing's temperature in degC at instants (n).
 
-    It is the recording's, with missing values filled in.
+    The temperature is the recording's, with missing values filled in.
     """
     if "temperature" in given.roles:
         told = given.series("temperature")

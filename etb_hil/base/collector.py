@@ -14,7 +14,7 @@ from contextlib import contextmanager
 def collector_paused() -> Iterator[None]:
     """Pause the collector.
 
-    It would walk all objects again and again while they become more.
+    The collector would walk all objects again and again while they become more.
 
     It takes half of the time in which the history of 10,000 runs is made (`benchmarks/store_speed.py`).
     """

@@ -52,7 +52,7 @@ _CHECKSUM = hashlib.sha256().digest_size
 def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
     """Return the decorator `numba.njit`, without a wrapper for calls by address.
 
-    It takes numba's options.
+    The decorator takes numba's options.
 
     With `cache` the machine code is kept for later processes.
     """
@@ -185,7 +185,7 @@ def _unpacked(target_context: BaseContext, content: bytes) -> CompileResult:
 def _environment(codegen: CPUCodegen) -> str:
     """Return the name of the folder for what compiles.
 
-    It has Python, processor, and a hash of versions and settings.
+    The name has Python, processor, and a hash of versions and settings.
     """
     triple, processor, features = codegen.magic_tuple()
     versions = (_FORMAT, sys.version, numba.__version__, llvmlite.__version__, np.__version__)

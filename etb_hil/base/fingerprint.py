@@ -1,6 +1,6 @@
 """A hash of everything that machine code is made from.
 
-Bytecode, constants, called functions, argument types.
+The hash covers bytecode, constants, called functions and argument types.
 
 Values are hashed, not files: an edit of a comment, a docstring or an error text changes no fingerprint.
 """
@@ -27,7 +27,7 @@ _LIBRARIES = ("math", "numpy", "numba")
 class _Part(NamedTuple):
     """What one function adds to machine code.
 
-    It has a hash of its own, and the compiled functions that it calls.
+    A function has a hash of its own, and the compiled functions that it calls.
     """
 
     digest: str
@@ -37,7 +37,7 @@ class _Part(NamedTuple):
 def fingerprint(function: FunctionType) -> str:
     """Return a hash (hex) of a function with what it reads and calls.
 
-    It covers all constants that it reads, and all compiled functions that it calls.
+    The hash covers all constants that it reads, and all compiled functions that it calls.
 
     Constants are hashed at the first call of a process: machine code holds them as they are then, too.
     """

@@ -1,6 +1,6 @@
 """How late the host was at its own deadlines.
 
-It is the host's grade at wall clock, and no part of a verdict.
+Lateness is the host's grade at wall clock, and no part of a verdict.
 """
 
 from __future__ import annotations

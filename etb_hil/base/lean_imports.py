@@ -26,7 +26,7 @@ _ALGEBRA_USER = "numba.np.arraymath"
 def keep_imports_lean() -> None:
     """Keep python-can and numba from importing asammdf and `scipy.linalg`.
 
-    It holds for this process.
+    This holds for this process.
     """
     global _is_lean  # noqa: PLW0603 (a property of the process)
     _is_lean = True

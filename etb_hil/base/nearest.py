@@ -15,7 +15,7 @@ def did_you_mean(name: str, names: Iterable[str], otherwise: str | None = None) 
 def no_such(kind: str, name: str, names: Collection[str]) -> str:
     """Return the message about a name that does not exist.
 
-    It has the nearest name, and all that exist.
+    The message has the nearest name, and all that exist.
     """
     meant = did_you_mean(name, names)
     return f"no such {kind}{f'; {meant}' if meant else ''}; allowed: {', '.join(names)}".replace("?;", "?")

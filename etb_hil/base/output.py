@@ -60,7 +60,7 @@ class _Descriptor(io.RawIOBase):
 class Output(io.TextIOWrapper):
     """A text stream that raises neither OSError nor UnicodeError.
 
-    It writes to a descriptor, a line at a time.
+    The stream writes to a descriptor, a line at a time.
 
     Characters that `encoding` lacks are written as ASCII that reads the same, else as an escape sequence.
     """

@@ -84,7 +84,7 @@ class Part:
     def require_function(self, name: str, value: object, *arguments: str) -> None:
         """Raise InputError where a field cannot be called with some arguments.
 
-        It is one of the declaration; arguments are given by position.
+        The field is one of the declaration; arguments are given by position.
         """
         wanted = f"({', '.join(arguments)})"
         if not callable(value):

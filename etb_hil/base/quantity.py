@@ -102,7 +102,7 @@ def is_si(unit: str) -> bool:
 def si_unit_meant(text: str) -> str | None:
     """Return the SI unit that a text probably means, or None.
 
-    It is `A` for `Amp` and for `mA`.
+    The unit is `A` for `Amp` and for `mA`.
     """
     written = SPELLINGS.get(text.strip().lower(), text)
     dimension = dimension_of_unit(written)
@@ -112,7 +112,7 @@ def si_unit_meant(text: str) -> str | None:
 def unit_written(text: str) -> str:
     """Return the SI unit of the quantity that a text gives.
 
-    It is `s` for `20 ms`, and empty where there is none.
+    The unit is `s` for `20 ms`, and empty where there is none.
     """
     match = _NUMBER.match(text)
     dimension = dimension_of_unit(match[2]) if match and match[2] else None

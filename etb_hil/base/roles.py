@@ -1,6 +1,6 @@
 """The one table of roles: what a signal is, wherever it comes from.
 
-It may come from any bus, file or model.
+A signal may come from any bus, file or model.
 """
 
 from __future__ import annotations

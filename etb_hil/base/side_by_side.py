@@ -1,6 +1,6 @@
 """Work on several items at a time, on as many cores as the process may use.
 
-It is for compiled code without Python's lock.
+This is for compiled code without Python's lock.
 """
 
 from __future__ import annotations

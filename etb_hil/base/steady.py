@@ -1,6 +1,6 @@
 """Keep a process at wall clock from stalling.
 
-It may stall by itself, or by what else the machine does.
+A process may stall by itself, or by what else the machine does.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def open_file(path: Path, remedy: str = CHECK_PATH) -> BufferedReader:
 def require_file(path: Path, remedy: str = CHECK_PATH) -> None:
     """Raise InputError where a path names no regular file that can be read.
 
-    It is for libraries that open files by name.
+    This is for libraries that open files by name.
     """
     open_file(path, remedy).close()
 

@@ -1,4 +1,4 @@
-"""Texts of the reasons why a run gives no verdict: bench faults and aborted runs, by reason id."""
+"""Texts of bench faults and aborted runs, by reason id."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What a run needs of the controller's DBC file, and what it goes without.
 
-It refuses what says too little or cannot be sent.
+This check refuses what says too little or cannot be sent.
 """
 
 from __future__ import annotations

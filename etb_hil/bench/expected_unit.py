@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class ExpectedUnit:
     """What the station expects a unit to be (empty: anything).
 
-    It says whether codes are cleared before a run, too.
+    The expectation says whether codes are cleared before a run, too.
     """
 
     serial: str = ""

@@ -55,7 +55,7 @@ class Orders(Protocol):
     def next(self, patience: float) -> Step | None:
         """Return the next step, None where none came within `patience` s.
 
-        It is End where there will be no more.
+        The step is End where there will be no more.
         """
         ...
 

@@ -56,7 +56,7 @@ class OrdersOnAPipe:
     def next(self, patience: float) -> Step | None:
         """Return the next phase as a step, None where none came in time.
 
-        It is End where the program has left.
+        The step is End where the program has left.
         """
         order = self._get(patience)
         if order is None:
@@ -104,7 +104,7 @@ class OrdersOnAPipe:
 def main() -> None:
     """Run one bench as the first line says.
 
-    It has files, folder, serial, seed, and how long nobody may command.
+    The line has files, folder, serial, seed, and how long nobody may command.
     """
     with os.fdopen(os.dup(1), "wb", buffering=0) as answers:  # nothing waits in it where nobody reads
         os.dup2(2, 1)  # whatever is printed by mistake is no answer

@@ -1,6 +1,6 @@
 """The interlock: a guard or a key switch.
 
-It must be closed before the bridge goes on, and while it is on.
+The interlock must be closed before the bridge goes on, and while it is on.
 """
 
 from __future__ import annotations

@@ -112,7 +112,7 @@ class Job:
     def store(self, sessions: Path) -> StoreAddress:
         """Return where results go to.
 
-        It is the store that the files name, or the one in the folder of sessions.
+        The place is the store that the files name, or the one in the folder of sessions.
         """
         return self.files.store or bench_store(self.setup, sessions)
 
@@ -168,7 +168,7 @@ def execute(
 ) -> Finished:
     """Run the scenario and judge the unit; return the attempt that counts.
 
-    It is tried again where the scenario wants it.
+    The scenario is tried again where the scenario wants it.
 
     The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
     From the moment at which the run begins `signals` are held; whoever gives them lets them go. For who gives none, an

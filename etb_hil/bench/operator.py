@@ -42,7 +42,7 @@ class Operator(Protocol):
     def answer(self) -> Reply | None:
         """Return the reply once it was given.
 
-        It returns at once where the bench runs at wall clock.
+        This function returns at once where the bench runs at wall clock.
         """
         ...
 

@@ -1,7 +1,7 @@
 """The dry run: the scenario in lock-step on the bench's own model.
 
-It finds what set-points alone do not show (the current of a step, the speed of an overshoot), and it has compiled
-everything by the time that frames must be answered within milliseconds.
+The dry run finds what set-points alone do not show (the current of a step, the speed of an overshoot), and it has
+compiled everything by the time that frames must be answered within milliseconds.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ def _limit_of(reason_id: str) -> str:
 def _shortened(step: Step) -> Step:
     """Return the step without the time that only the world outside needs.
 
-    It lasts until the plate rests, or repeats itself.
+    The step lasts until the plate rests, or repeats itself.
     """
     phase = step.phase
     if isinstance(phase, PromptPhase):
@@ -224,7 +224,7 @@ def _until(step: Step, until: Until | None) -> Step:
 def _cut(step: Step, model: Model) -> Step:
     """Return the step with an end before its time.
 
-    It is where the plate moves fastest, or falls fastest after its release.
+    The end is where the plate moves fastest, or falls fastest after its release.
     """
     throttle = model.values
     if isinstance(step.phase, OffPhase | WaitPhase):
@@ -239,7 +239,7 @@ def _cut(step: Step, model: Model) -> Step:
 def _fastest(trajectory: Trajectory) -> float:
     """Return when a trajectory's set-point moves fastest, in s.
 
-    It is amid the time at which it does, for the plate lags behind.
+    The instant is amid the time at which it does, for the plate lags behind.
     """
     count = min(math.ceil(trajectory.duration / LOOK_S), MOST_LOOKS)
     times = [trajectory.duration * k / count for k in range(1, count)] or [0.5 * trajectory.duration]

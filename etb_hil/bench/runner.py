@@ -143,7 +143,7 @@ class Runner:
     def _ask_after(self) -> None:
         """Ask the unit for its trouble codes after a run.
 
-        It does so after a run that the controller ended, too.
+        The bench does so after a run that the controller ended, too.
         """
         talk, record = self._tap.talk, self._record
         if talk is None:
@@ -227,7 +227,7 @@ class Runner:
     def _start_angle(self) -> float:
         """Return where the next motion starts.
 
-        It is where the plate was sent, or where it is when it was let go.
+        The place is where the plate was sent, or where it is when it was let go.
         """
         commanded = self._beat.commanded
         return commanded.position if commanded.enable else self._beat.supervisor.angle

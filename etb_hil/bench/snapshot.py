@@ -10,7 +10,7 @@ from dataclasses import dataclass
 class Snapshot:
     """The state of a run, at the throttle shaft in SI units.
 
-    It is NaN or None where nothing is known yet.
+    A value is NaN or None where nothing is known yet.
 
     `set_point` is None while the drive is off; `late_ms` and `frame_age_ms` are the worst so far.
     """

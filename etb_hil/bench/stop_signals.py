@@ -99,7 +99,7 @@ class StopSignals:
     def raise_if_late(self) -> None:
         """Raise KeyboardInterrupt where an order came too late for the run.
 
-        It was an abort or a halt, and the run was over.
+        The order was an abort or a halt, and the run was over.
         """
         if self.verb in {Verb.ABORT, Verb.HALT}:
             raise KeyboardInterrupt(f"{self.cause} came once the run was over; its results stand")

@@ -29,7 +29,7 @@ STATUS_AGE = 10  # times older than a sample may a status be: it comes at 100 Hz
 class Trip:
     """A limit was passed: the reason's id, and the sentence for people.
 
-    It says what that means of the bench.
+    The sentence says what that means of the bench.
     """
 
     reason_id: str
@@ -133,7 +133,7 @@ class Supervisor:
     def age(self, now_ns: int, *, moves: bool = True) -> Trip | None:
         """Return a trip when the newest sample or status has a wrong age.
 
-        It is too old to move on, or younger than the clock allows.
+        The sample is too old to move on, or younger than the clock allows.
 
         With the drive off, readings may wait for an answer of the unit's diagnostics, which has its own limit.
         """

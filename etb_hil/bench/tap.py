@@ -105,7 +105,7 @@ class Tap:
     def receive(self) -> list[SampleBlock]:
         """Return the samples of all frames that arrived since the last call.
 
-        It does so whether or not the raw log could be kept.
+        This method does so whether or not the raw log could be kept.
 
         A run that is no longer recorded still has to be seen to end safely: `check_recording` says that it is not.
         """

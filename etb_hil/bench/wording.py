@@ -1,4 +1,4 @@
-"""The text of a verdict for a technician: a sentence and a next step for each reason.
+"""The text of a verdict for a technician: reasons and next steps.
 
 Screen, report, log and `results.json` have them from here.
 
@@ -83,7 +83,7 @@ def _within(results: RunResult) -> str:
 def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
     """Return the words for a measurement beyond, or too close to, its limit.
 
-    None of any other reason.
+    The result is None for any other reason.
     """
     for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED, _WITHOUT_SIGNAL, _WITHOUT_INTERVAL):
         of = reason_id.removesuffix(ending)
@@ -160,7 +160,7 @@ def attempts_sentence(results: RunResult) -> str:
 def spring_or_friction(results: RunResult) -> str:
     """Return what P2119 would mean for this unit, or an empty text.
 
-    It is the code of throttle body range/performance.
+    P2119 is the code of throttle body range/performance.
 
     The code's two official causes are a failed return spring and a rise of friction; a controller cannot tell which.
     """

@@ -99,7 +99,7 @@ def frame_bits(block: FrameBlock) -> tuple[NDArray[np.int64], NDArray[np.int64]]
 def worst_case_bits(length: int, *, extended: bool, fd: bool, bitrate_switch: bool) -> tuple[int, int]:
     """Return an upper bound of the bits at the nominal and at the data rate.
 
-    It holds for any payload of `length` bytes.
+    The bound holds for any payload of `length` bytes.
 
     Source: Davis, Burns, Bril, Lukkien 2007 for classic frames; the same argument for FD frames.
     """

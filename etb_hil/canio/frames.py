@@ -1,6 +1,6 @@
 """Frames in columns: the one form in which CAN traffic moves.
 
-It moves from a bus or a log to the decoder.
+Traffic moves from a bus or a log to the decoder.
 """
 
 from __future__ import annotations

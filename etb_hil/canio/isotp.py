@@ -32,7 +32,7 @@ class TransportError(Exception):
 class TransportTiming:
     """Time-outs of one end in ns, and what it asks of the other.
 
-    It asks for a block size and a separation time (ms).
+    The end asks for a block size and a separation time (ms).
     """
 
     flow_control_ns: int = 1_000_000_000  # N_Bs
@@ -102,7 +102,7 @@ class IsoTpEnd:
     def take(self, now_ns: int, data: bytes) -> None:
         """Take a frame of the other end that ended at `now_ns`.
 
-        TransportError where it breaks a rule.
+        Raises TransportError where the frame breaks a rule.
         """
         kind = data[0] >> 4 if data else -1
         if kind == _SINGLE:

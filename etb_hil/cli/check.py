@@ -1,6 +1,6 @@
 """`etb-hil check`: what a run would refuse or miss; nothing moves.
 
-It looks at the files, and at this machine.
+The command looks at the files, and at this machine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print what the run would do and what is missing, with what to do.
 
-    Exit code 2 for files, 3 for the machine.
+    The exit code is 2 for files, 3 for the machine.
     """
     from etb_hil.base.errors import InputError
     from etb_hil.base.outcome import ExitCode

@@ -42,7 +42,7 @@ def station_of(options: argparse.Namespace) -> Path | None:
 class Conclusion(NamedTuple):
     """What a golden unit's run says of the bench.
 
-    It has results as they are told, lines to be said, and what is to be done.
+    The conclusion has results as they are told, lines to be said, and what is to be done.
     """
 
     results: RunResult
@@ -120,7 +120,7 @@ class Desk:
     def conclusion(self, results: RunResult) -> Conclusion | None:
         """Return what a run of the golden unit means, None of any other.
 
-        It judges the bench, and not the unit.
+        The run judges the bench, and not the unit.
         """
         golden = self.document.content.golden
         if golden is None or results.unit.serial != golden.serial:

@@ -1,6 +1,6 @@
 """`etb-hil isolability`: which effects a planned scenario could distinguish.
 
-It also says which scenario to add.
+The command also says which scenario to add.
 """
 
 from __future__ import annotations

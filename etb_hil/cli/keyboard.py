@@ -13,7 +13,7 @@ from typing import Self
 def somebody_attends() -> bool:
     """Return whether a terminal's keyboard is ours to read.
 
-    It is not a pipe's end, and not another job's.
+    Such a keyboard is not a pipe's end, and not another job's.
     """
     if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():
         return False

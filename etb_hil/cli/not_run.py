@@ -1,6 +1,6 @@
 """What a CI server is told of a run that could not begin.
 
-It gets results without a session.
+The server gets results without a session.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print usage and message, with the nearest name where one was mistyped.
 
-        Exit with code 2.
+        The exit code is 2.
         """
         if chosen := re.match(r"(argument .*: invalid choice: )'(.*)' \(choose from (.*)\)", message):
             meant = did_you_mean(chosen[2], re.findall(r"[^', ]+", chosen[3]))

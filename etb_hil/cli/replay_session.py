@@ -31,7 +31,7 @@ def replay_session(options: argparse.Namespace) -> int:
 def _compared(options: argparse.Namespace, finished: Finished) -> int:
     """Print how a judgement differs from the live one; return the exit code.
 
-    It may also be compared with another session.
+    The judgement may also be compared with another session.
     """
     other = any(own_rules(options)) or options.observer or options.window
     if options.against:

@@ -1,6 +1,6 @@
 """`etb-hil station`: what a station file says, and whether the bench is fit.
 
-It also says which sessions need not be kept.
+The command also says which sessions need not be kept.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class TerminalOperator:
     def answer(self) -> Reply | None:
         """Return the reply once it was entered.
 
-        It is a number, words and Enter, or what the prompt asks for and Enter.
+        The reply is a number, words and Enter, or what the prompt asks for and Enter.
 
         Ask again after anything else.
         """

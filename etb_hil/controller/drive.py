@@ -30,7 +30,7 @@ CREEP = 0.02  # rad/s, below it Coulomb's feed-forward fades out, so that a refe
 def feed_forward(s: State, nominal: Vector) -> float:
     """Return the torque in N·m that the nominal plant needs for the reference.
 
-    Seed paper, section IV, and eq. 1.
+    Source: seed paper, section IV, and eq. 1.
 
     Coulomb and viscous friction are the paper's; springs and inertia are added so that a fast reference can be met.
     """

@@ -33,7 +33,7 @@ LONGEST = 30e-3  # s, a longer pause is no interval: the watchdog has come betwe
 def apply_event(s: State, settings: Settings, now_ns: int, stamp_ns: int, event: Vector) -> None:
     """Take one event that was received at `stamp_ns`, at the tick of `now_ns`.
 
-    It is float64 (`EVENT_WIDTH`); the tick is a control tick.
+    The event is float64 (`EVENT_WIDTH`); the tick is a control tick.
     """
     kind = int(event[0])
     if kind == COMMAND:

@@ -153,7 +153,7 @@ def require_bursts_at_its_rate(dialect: Dialect) -> None:
 class _Entries:
     """The signals of one message, a row each.
 
-    It has where the value comes from, and where and how it goes.
+    A row has where the value comes from, and where and how it goes.
     """
 
     def __init__(self, message: DialectMessage) -> None:

@@ -250,7 +250,7 @@ def _inside_the_stops(angle: float, values: ThrottleParameters) -> float:
 def resting_angle(values: ThrottleParameters, seed: int) -> float:
     """Return an angle in rad at which a released plate may have come to rest.
 
-    It lies about limp-home.
+    The angle lies about limp-home.
 
     Break-away friction holds it wherever the springs pull less: inside the dead zone, or, in a unit whose plate does
     not come back by itself, as far off as the controller's own limp-home drive leaves it.

@@ -1,6 +1,6 @@
 """The controller's own trouble codes, and what sets them.
 
-It is what its sensors must show, and for how long.
+A cause is what its sensors must show, and for how long.
 
 Bits of `State.failing`, `State.failed` and `State.tested` stand for the codes in the order of `MONITORED`.
 """

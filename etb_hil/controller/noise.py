@@ -25,7 +25,7 @@ _TO_UNIT = 2.0**-53
 def _mixed(word: np.uint64) -> np.uint64:
     """Scatter a counter over 64 bits, by the finaliser of SplitMix64.
 
-    Steele, Lea and Flood 2014.
+    Source: Steele, Lea and Flood 2014.
     """
     word = (word ^ (word >> _S30)) * _MIX_1
     word = (word ^ (word >> _S27)) * _MIX_2

@@ -1,6 +1,6 @@
 """The controller on a real bus, at wall clock.
 
-It is the same object as in lock-step, driven by absolute deadlines.
+The controller is the same object as in lock-step, driven by absolute deadlines.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Set-points of 100 to 200 Hz become a smooth reference of 1 kHz.
 
-It is smooth where the set-points are.
+The reference is smooth where the set-points are.
 
 The reference runs one command interval behind: from where it is to the newest set-point, which it reaches when the
 next one is due, as a cubic with the set-points' velocities at both ends. Past it, it goes on at that velocity.
@@ -43,7 +43,7 @@ def restart(s: State, now_ns: int) -> None:
 def aim(s: State, stamp_ns: int, position: float, velocity: float) -> None:
     """Start a segment to a set-point in rad and rad/s.
 
-    It begins where the reference was when the command came.
+    The segment begins where the reference was when the command came.
     """
     if s.mode == POSITION:
         s.start_position, s.start_velocity, _ = _cubic(s, stamp_ns)

@@ -1,6 +1,6 @@
 """What the controller's sensors report of the plant.
 
-It has noise, steps and ranges of the unit's data sheet.
+A reading has noise, steps and ranges of the unit's data sheet.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def rounded(value: float, step: float) -> float:
 def encoder_angle(motor_angle: float, sheet: DataSheet) -> float:
     """Return the motor encoder's reading in rad since power-on.
 
-    It has whole counts, and no noise.
+    The reading has whole counts, and no noise.
     """
     counts = math.floor((motor_angle - sheet.encoder_zero) / sheet.encoder_step + sheet.encoder_phase)
     return counts * sheet.encoder_step

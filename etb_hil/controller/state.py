@@ -137,7 +137,7 @@ class DataSheet:
 class Sample:
     """What measuring frames are made from.
 
-    It is one sampled instant, or the instants of one burst frame.
+    The source is one sampled instant, or the instants of one burst frame.
 
     Voltage and tracks are those of the first instant.
     """

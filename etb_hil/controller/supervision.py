@@ -1,6 +1,6 @@
 """What takes the bridge off whatever the set-points say.
 
-It is the watchdog and the controller's own protections.
+This is the watchdog and the controller's own protections.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ OVER_TEMPERATURE = int(Fault.OVER_TEMPERATURE)
 def watch(s: State, now_ns: int) -> None:
     """Latch a time-out `WATCHDOG_NS` after the last good command, at the latest.
 
-    It is at the last control tick that keeps this promise.
+    The latch is at the last control tick that keeps this promise.
     """
     if s.driving and now_ns + CONTROL_NS - s.command_ns > WATCHDOG_NS:
         s.faults |= TIMEOUT
@@ -33,7 +33,7 @@ def watch(s: State, now_ns: int) -> None:
 def protect(s: State, current: float, nominal: Vector) -> None:
     """Latch a fault where a measured value has been too high for too long.
 
-    It is the current (A), the voltage, or the housing's temperature.
+    The value is the current (A), the voltage, or the housing's temperature.
     """
     s.over_current_ms = s.over_current_ms + 1 if abs(current) > OVER_CURRENT_A else 0
     s.over_duty_ms = s.over_duty_ms + 1 if abs(s.voltage) > OVER_DUTY * nominal[VOLTAGE_LIMIT] else 0

@@ -42,7 +42,7 @@ class DriveSwitch:
 class VirtualController:
     """A throttle unit with its controller on a bus (`Node`).
 
-    It has 1 kHz control and 20 kHz sampling of a simulated plant.
+    The unit has 1 kHz control and 20 kHz sampling of a simulated plant.
 
     `unit` is what the throttle is; `nominal` is what the controller takes it for (the unit itself where none is
     given); `law` names its position law. It is switched on at `start_ns` of the bus's clock, with its plate at

@@ -1,6 +1,6 @@
 """The fit of friction to the ticks of a whole run.
 
-It decides which windows count, makes the fits, and gives the numbers with their intervals.
+The assessment decides which windows count, makes the fits, and gives the numbers with their intervals.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Assessment:
     def hardest(self) -> float:
         """Largest change of speed from tick to tick in a window's middle, in rad/s.
 
-        It is 0 where there are no windows.
+        The change is 0 where there are no windows.
         """
         angle, centre = self.ticks.angle, self.windows.centre
         bend = angle[centre + _REACH] - 2.0 * angle[centre] + angle[centre - _REACH]

@@ -1,6 +1,6 @@
 """Break-away: the torque that sets a resting plate going slowly.
 
-It depends on the time of rest before, and on the rate at which the torque rises.
+The torque depends on the time of rest before, and on the rate at which the torque rises.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ _DECADE = 2.302585092994046
 class BreakAway:
     """One break-away: `torque` N·m in a `direction` (1 opening, -1 closing).
 
-    It came after `rest` s, at `angle` rad. `rate` N·m/s is how fast friction rose to it from where it stood at rest,
-    NaN where it stood that high already.
+    The break-away came after `rest` s, at `angle` rad. `rate` N·m/s is how fast friction rose to it from where it stood
+    at rest, NaN where it stood that high already.
     """
 
     torque: float
@@ -60,9 +60,9 @@ class BreakAway:
 class BreakAwayTorque:
     """The mean break-away torque of both directions, with its 95 % interval.
 
-    It is in N·m, from `count` break-aways, whose `rates` N·m/s lay between the two given. `per_decade` is by what share
-    a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their intervals; None where the rests,
-    or the rates, are too close together.
+    The mean is in N·m, from `count` break-aways, whose `rates` N·m/s lay between the two given. `per_decade` is by what
+    share a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their intervals; None where the
+    rests, or the rates, are too close together.
     """
 
     value: float
@@ -167,8 +167,8 @@ def at_rates(
 def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -> tuple[float, float, float] | None:
     """Return the slope of torque over the logarithm of rests or rates.
 
-    It is taken for each direction about its own mean, as a share of `level` for a decade, with its 95 % interval. None
-    where the data do not tell it.
+    The slope is taken for each direction about its own mean, as a share of `level` for a decade, with its 95 %
+    interval. None where the data do not tell it.
     """
     if not of or max(of) < _SPREAD * min(of):
         return None
@@ -199,7 +199,7 @@ def _is_clear(angle: float, p: ThrottleParameters) -> bool:
 def _moved(ticks: Ticks, left: int) -> int | None:
     """Return the tick at which a plate that left its rest is clear of it.
 
-    It left its rest at the tick `left`. None where it never is clear of it.
+    The plate left its rest at the tick `left`. None where it never is clear of it.
     """
     start = float(ticks.angle[left])
     for k in range(left, min(left + _LONGEST, len(ticks))):
@@ -211,7 +211,7 @@ def _moved(ticks: Ticks, left: int) -> int | None:
 def _slid(ticks: Ticks, left: int, end: int) -> int:
     """Return the tick up to which a plate slides on, slowly and the same way.
 
-    It left its rest at the tick `left` and is clear of it at the tick `end`.
+    The plate left its rest at the tick `left` and is clear of it at the tick `end`.
     """
     start, last = float(ticks.angle[left]), end
     way = 1.0 if ticks.angle[end] > start else -1.0
@@ -226,7 +226,7 @@ def _slid(ticks: Ticks, left: int, end: int) -> int:
 def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | None:
     """Return the break-away of a plate, from the ticks of its rest and its motion.
 
-    It rested from the tick `rested` to `left`, and is clear of its rest at `end`. None where it did not move off
+    The plate rested from the tick `rested` to `left`, and is clear of its rest at `end`. None where it did not move off
     slowly.
     """
     start = float(ticks.angle[left])

@@ -179,7 +179,7 @@ def resistance_fits(value: float, error: float, model: Model, throttle: Throttle
 def resistance_at_rest(ticks: Ticks) -> float | None:
     """Return R_a in ohm of a plate at rest, from all ticks with a voltage.
 
-    None where too little current flowed.
+    The result is None where too little current flowed.
     """
     known = np.isfinite(ticks.voltage)
     current, voltage = ticks.current[known], ticks.voltage[known]
@@ -267,8 +267,8 @@ def gain_range(
 def _motor_and_springs(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> float:
     """Return by what share both springs are stronger than the motor's torque says.
 
-    It is zero where the tolerances of the motor and both springs may explain the difference. The fit parts such a
-    difference between them by their tolerances: alone none of them need stand out.
+    The share is zero where the tolerances of the motor and both springs may explain the difference. The fit parts such
+    a difference between them by their tolerances: alone none of them need stand out.
     """
     apart = []
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
@@ -299,7 +299,7 @@ def against_each_other(fit: StribeckFit, model: Model) -> float:
 def _is_beyond(off: float, error: float, name: str, model: Model) -> bool:
     """Tell whether a parameter is certain to leave its tolerance.
 
-    It is off by `off`, with the standard error `error`.
+    The parameter is off by `off`, with the standard error `error`.
     """
     return abs(off) > model.tolerance(name) + _SURE * error
 

@@ -59,8 +59,8 @@ if TYPE_CHECKING:
 class Snapshot:
     """What the panel shows while a run goes on.
 
-    It has the live reading, the limits in N·m at the throttle shaft, and how many exceedances there are so far. A limit
-    that is not stated is None.
+    The reading has the live reading, the limits in N·m at the throttle shaft, and how many exceedances there are so
+    far. A limit that is not stated is None.
     """
 
     reading: LiveReading | None
@@ -72,8 +72,8 @@ class Snapshot:
 class Diagnosis:
     """The diagnosis of a run, from joined samples to a verdict.
 
-    It sees the bench's model and limits and nothing of the unit's. `report_time` is how long in s the frames of one
-    sample take on the bus, at least and at most.
+    The diagnosis sees the bench's model and limits and nothing of the unit's. `report_time` is how long in s the frames
+    of one sample take on the bus, at least and at most.
     """
 
     def __init__(
@@ -171,7 +171,7 @@ class Diagnosis:
     def current_zero(self) -> float:
         """What the current sensor showed in A while the bridge was off.
 
-        It is 0 where that was not measured.
+        The zero is 0 where that was not measured.
         """
         return self._zero.current if self._zero.is_measured else 0.0
 

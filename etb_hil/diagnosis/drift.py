@@ -1,6 +1,6 @@
 """Friction that changes while the run goes on.
 
-It passes for friction that changes with speed, and the other way round.
+The drift passes for friction that changes with speed, and the other way round.
 
 A friction check slides slowly first and fast last. What tells time from speed is what slow windows of one speed say at
 different times. The springs, which time does not change, are left free, for what falls between opening and closing
@@ -124,7 +124,7 @@ def unsure_by_time(
 def _elapsed(ticks: Ticks) -> Float64:
     """Return the time since the first tick (n) in s, in whole ticks.
 
-    It has the same bits wherever a log begins.
+    The time has the same bits wherever a log begins.
     """
     elapsed: Float64 = np.round((ticks.time - ticks.time[0]) / TICK) * TICK
     return elapsed
@@ -182,7 +182,7 @@ def by_place_and_time(way: UnevenWay | None, drift: Drift | None) -> tuple[float
 def drift_remarks(drift: Drift | None) -> list[Reason]:
     """Return the remark on friction that changed during the run.
 
-    It is made whatever the verdict; a small change has none.
+    The remark is made whatever the verdict; a small change has none.
     """
     if drift is None or abs(drift.whole) < _SAID:
         return []

@@ -207,7 +207,7 @@ def _allowance(
 ) -> float:
     """Return by how much the friction may be off, in N·m.
 
-    It is that by the observer's own deviation, else by the model's tolerances.
+    The uncertainty is that by the observer's own deviation, else by the model's tolerances.
     """
     blur = settings[_TOL_ANGLE] + abs(omega) * _DELAYS * delay
     if theta < p[STOP_LOW] + blur or theta > p[STOP_HIGH] - blur:

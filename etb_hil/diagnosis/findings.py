@@ -79,7 +79,7 @@ class Findings:
     def scale(self) -> float:
         """The torque of the motor over that of the model, from the fit.
 
-        It is 1 where there is no fit.
+        The factor is 1 where there is no fit.
         """
         fit = self.assessment.fit
         return 1.0 if fit is None else 1.0 + float(fit.parameters[CONSTANT])

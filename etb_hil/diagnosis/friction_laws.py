@@ -123,8 +123,8 @@ def _misfit(fit: StribeckFit, law: Prior, weight: Float64) -> float:
 def _log_closed(fit: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:
     """Return the logarithm of the share of a prior that a fit leaves open.
 
-    It is that of the parameters `free`: what the fit leaves open over what was open before. The evidence for a law is
-    less than its likelihood by that (Laplace's method).
+    The logarithm is that of the parameters `free`: what the fit leaves open over what was open before. The evidence for
+    a law is less than its likelihood by that (Laplace's method).
     """
     covariance = fit.spread.covariance[np.ix_(free, free)]
     scale = np.sqrt(prior.precision[list(free)])

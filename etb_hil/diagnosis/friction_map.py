@@ -1,6 +1,6 @@
 """Friction over position and temperature, relative to the fitted curve.
 
-It shows where friction is locally higher, and by how much.
+The map shows where friction is locally higher, and by how much.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class FrictionMap:
 class Bump:
     """A bump: a part of the way where friction is locally higher.
 
-    It reaches from `start` to `end` rad. Friction is highest at `angle` rad, by `excess` (a share).
+    The bump reaches from `start` to `end` rad. Friction is highest at `angle` rad, by `excess` (a share).
     """
 
     start: float

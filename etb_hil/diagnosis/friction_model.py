@@ -152,8 +152,8 @@ def _share_out(torque: Float64, torque_after: Float64, a: float, b: float, out: 
 def unsettled(angle: Float64, q: Float64) -> Float64:
     """Return at every tick (n) how far the bristles are from steady sliding.
 
-    It is 0 in steady sliding, 1 where they are relaxed, and 2 where they are bent the other way. That is the share of
-    sigma_0 by which friction answers an error of the angle (n).
+    The distance is 0 in steady sliding, 1 where they are relaxed, and 2 where they are bent the other way. That is the
+    share of sigma_0 by which friction answers an error of the angle (n).
     """
     out = np.empty(len(angle))
     stiffness, inverse_speed, exponent = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED]), _exponent(q)
@@ -230,7 +230,7 @@ def _level(
 ) -> float:
     """Return g(omega) in N·m times a factor, without age, and its derivatives.
 
-    Seed paper, eq. 2, with any exponent (Armstrong-Helouvry 1991).
+    Source: seed paper, eq. 2, with any exponent (Armstrong-Helouvry 1991).
     """
     u = abs(omega) * inverse_speed
     logarithm = log(u) if u > 0.0 and (exponent != 2.0 or len(by) > FRICTION_PARAMETERS) else 0.0

@@ -1,6 +1,6 @@
 """A score test of whether a run asks for another law of friction.
 
-It is made before any such law is fitted.
+The test is made before any such law is fitted.
 
 The score of a parameter that a fitted law has not is summed over segments of the run, net of what the fitted parameters
 take of it (Rao 1948; Neyman 1959). Its own scatter from segment to segment is its error, so that neither a wrong noise

@@ -93,7 +93,7 @@ def start_of_law(
 def _level(speed: Float64, q: Float64, index: int) -> Float64:
     """Return the steady friction (m) in N·m that a unit of one parameter makes alone.
 
-    It is that at the given speeds (m).
+    The friction is that at the given speeds (m).
     """
     alone = q.copy()
     alone[[COULOMB, DROP, AGEING]] = 0.0

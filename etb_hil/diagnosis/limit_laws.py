@@ -18,7 +18,7 @@ _DECADE = 2.302585092994046
 class TemperatureLaw(FileModel):
     """How a limit follows the housing's temperature.
 
-    It does so linearly about a reference, within the range that the law was found in.
+    The limit does so linearly about a reference, within the range that the law was found in.
     """
 
     coefficient: Annotated[TemperatureCoefficient, Field(description="share of the limit per K, as a rule negative")]
@@ -44,7 +44,7 @@ class TemperatureLaw(FileModel):
 class DwellLaw(FileModel):
     """How a limit of break-away follows the time of rest before it.
 
-    It does so with the logarithm of that time (Dieterich 1979).
+    The limit does so with the logarithm of that time (Dieterich 1979).
     """
 
     per_decade: Annotated[Ratio, Field(description="share of the limit that a ten times longer rest adds")]

@@ -22,7 +22,7 @@ class Use(Enum):
 class RunPhase:
     """A phase of a run, and what its samples are used for.
 
-    It has its place in the run, its id and its kind.
+    The phase has its place in the run, its id and its kind.
     """
 
     number: int

@@ -16,7 +16,7 @@ MOST_UNSEEN = 0.1  # share of the way at a segment, 8 degrees: in more, a bump o
 class Unseen:
     """A segment of the way that the plate did not slide over slowly both ways.
 
-    It reaches from `start` to `end` rad. `share` is its part of the way from stop to stop.
+    The segment reaches from `start` to `end` rad. `share` is its part of the way from stop to stop.
     """
 
     start: float

@@ -70,7 +70,7 @@ class _Bounds:
 class Plausibility:
     """The check of a run's joined samples, which says what speaks against them.
 
-    It takes them phase by phase.
+    The check takes them phase by phase.
     """
 
     def __init__(self, model: Model) -> None:
@@ -176,7 +176,7 @@ class Plausibility:
 def _equal_readings(noise: float, step: float) -> int:
     """Return how many equal readings in a row no noise of this size gives.
 
-    It is 0 where readings may well be equal.
+    The count is 0 where readings may well be equal.
     """
     if noise < 0.5 * step or noise <= 0.0:
         return 0

@@ -77,7 +77,7 @@ def _wider(one: Measurement, other: Measurement | None, band: float) -> Measurem
 def _times(was: Measurement, low: float, high: float) -> float:
     """Return how many times as wide an interval became.
 
-    It is 0 where the interval is hardly wider, or had no width.
+    The factor is 0 where the interval is hardly wider, or had no width.
     """
     if was.low is None or was.high is None or was.high <= was.low:
         return 0.0

@@ -37,7 +37,7 @@ class Segment:
     def column(self, role: str) -> Float64:
         """Return a column (n) by its role.
 
-        It is NaN throughout where the controller does not send the role. Raises ValueError for no role.
+        The column is NaN throughout where the controller does not send the role. Raises ValueError for no role.
         """
         if (found := self.columns.get(role)) is not None:
             return found

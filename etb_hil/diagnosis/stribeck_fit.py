@@ -106,14 +106,14 @@ class StribeckFit:
     def error(self, weights: Mapping[int, float]) -> float:
         """Return the standard error of a weighted sum of parameters.
 
-        It is the error that the 95 % interval of the sum has.
+        The result is the error that the 95 % interval of the sum has.
         """
         return self.reach(weights) / TWO_SIDED_95
 
     def error_along(self, gradient: Float64) -> float:
         """Return the standard error of what has this `gradient` (18).
 
-        It is the error that its 95 % interval has.
+        The result is the error that its 95 % interval has.
         """
         return self.spread.reach(gradient) / TWO_SIDED_95
 
@@ -396,8 +396,8 @@ def widened_by(
 ) -> StribeckFit:
     """Return the fit with the uncertainty that friction off the curve adds.
 
-    It is taken to first order, for friction that is `local` (n) times the curve. What is not known of the friction of a
-    place is wrong in every window that passes it: it is no noise, and no scatter shows it.
+    The uncertainty is taken to first order, for friction that is `local` (n) times the curve. What is not known of the
+    friction of a place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
     q = fit.parameters
     residual, jacobian = linearise(ticks, windows, evidence, q, prior.count)

@@ -100,7 +100,7 @@ class TickMaker:
     def origin_ns(self) -> int | None:
         """Instant of the sample clock that the ticks' times count from.
 
-        It is None before the first sample.
+        The instant is None before the first sample.
         """
         return self._origin_ns
 

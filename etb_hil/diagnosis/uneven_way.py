@@ -127,7 +127,7 @@ def _way(
 def uneven_remarks(way: UnevenWay | None) -> list[Reason]:
     """Return the remark on an uneven way, none on an even one.
 
-    It is made whatever the verdict.
+    The remark is made whatever the verdict.
     """
     if way is None:
         return []

@@ -145,7 +145,7 @@ def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
 
 
 def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a doubt where friction may be above the limit at one place.
+    """Return the reason that friction may be above the limit at one place, if it may.
 
     There is none unless the fitted curve itself keeps the limit.
     """
@@ -161,7 +161,7 @@ def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Rea
 
 
 def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a doubt where friction may be above a limit in one direction.
+    """Return the reason that friction may be above a limit in one direction.
 
     Friction then differs by direction, and its mean keeps the limit.
     """
@@ -207,7 +207,7 @@ def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 
 def _unexplained(grounds: Grounds) -> list[Reason]:
-    """Return a doubt where live friction was above a limit for long.
+    """Return the reason that live friction was above a limit for long, if it was.
 
     Nothing that was fitted explains it.
     """
@@ -262,7 +262,7 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 
 def _not_seen(grounds: Grounds) -> list[Reason]:
-    """Return a doubt where a wide segment of the way was not slid over slowly.
+    """Return the reason that a wide segment of the way was not slid over slowly.
 
     T_st may be different there.
     """

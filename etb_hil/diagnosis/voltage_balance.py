@@ -48,9 +48,9 @@ class VoltageBalance:
 def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBalance | None:
     """Fit the motor's voltage balance, line 1 of eq. (1) of the seed paper.
 
-    It is fitted in windows (m) whose `cluster` (m) is given. An offset of the voltage and a delay between voltage and
-    current are fitted along. Returns None where no voltage was measured, or the run does not tell resistance from
-    back-EMF.
+    The balance is fitted in windows (m) whose `cluster` (m) is given. An offset of the voltage and a delay between
+    voltage and current are fitted along. Returns None where no voltage was measured, or the run does not tell
+    resistance from back-EMF.
     """
     voltage = window_means(ticks.voltage, TORQUE_KERNEL, windows)
     known = np.isfinite(voltage)

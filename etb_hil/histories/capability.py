@@ -122,7 +122,7 @@ def _width(value: float, freedom: float) -> Index:
 def _by_replicates(shape: Distribution, low: float | None, high: float | None, unsure: float) -> Index:
     """Return Ppk with an interval by replicates.
 
-    It is symmetric to theirs in the logarithm where all are above zero.
+    The interval is symmetric to theirs in the logarithm where all are above zero.
     """
     value, reach = (float(each) for each in _nearest(np.array([shape.low, shape.median, shape.high]), low, high))
     among, _ = _nearest(shape.replicates[:, [0, 1, 3]], low, high)

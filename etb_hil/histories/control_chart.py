@@ -47,7 +47,7 @@ class ControlChart:
     def low(self) -> float:
         """The lower control limit, three sigma under the centre.
 
-        It is not below what the quantity can be.
+        The limit is not below what the quantity can be.
         """
         return max(self.least, self.centre - 3.0 * self.sigma)
 

@@ -93,7 +93,7 @@ def _normal_p(values: Float64) -> float:
 def _pearson(values: Float64, rejected: dict[str, float], *, is_tested: bool = False) -> Distribution:
     """Return the Pearson type III distribution of values.
 
-    It has the p-value of its own test where it `is_tested`.
+    The distribution has the p-value of its own test where it `is_tested`.
     """
     fitted = _Pearson.of(values[None, :])
     draws = np.random.default_rng(len(values)).standard_gamma(fitted.shape[0], (_REPLICATES, len(values)))
@@ -141,7 +141,7 @@ class _Pearson:
     def distance(self, samples: Float64) -> Float64:
         """Return the Cramer-von Mises distance (k) of samples (k, n).
 
-        It is that from their distributions.
+        The distance is that from their distributions.
         """
         mean, shape, scale = (each[:, None] for each in (self.mean, self.shape, self.scale))
         below = gammainc(shape, np.maximum(shape + (samples - mean) / scale, 0.0))

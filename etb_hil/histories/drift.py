@@ -103,8 +103,8 @@ def _groups(points: Sequence[Point], key: str) -> dict[str, list[Point]]:
 class _RankTrend:
     """Kendall's test of a trend.
 
-    It has a p-value, and the surplus of rising pairs over falling ones. Both are NaN, which is below no level, where
-    all values are equal or of one instant.
+    The result has a p-value, and the surplus of rising pairs over falling ones. Both are NaN, which is below no level,
+    where all values are equal or of one instant.
     """
 
     p: float

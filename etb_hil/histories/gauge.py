@@ -1,6 +1,6 @@
 """Gauge repeatability and reproducibility of the benches.
 
-It is a crossed study by analysis of variance.
+The study is a crossed study by analysis of variance.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def _sigma(variance: float) -> float:
 def balanced(cells: dict[tuple[str, str], list[float]]) -> tuple[list[str], list[str], Float64] | None:
     """Return the largest crossed study in `cells`, or None.
 
-    It is units, benches and values (units, benches, trials).
+    The study is units, benches and values (units, benches, trials).
 
     `cells` maps (unit, bench) to values in order of time; the latest ones are taken. A study needs two units, each
     twice on every bench of it; more benches come first, then more values.

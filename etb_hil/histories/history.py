@@ -1,6 +1,6 @@
 """The history of a part: its runs, and what they say number by number.
 
-It speaks of units, of production, and of benches.
+The history speaks of units, of production, and of benches.
 """
 
 from __future__ import annotations

@@ -77,7 +77,7 @@ def rises(
 class _Compared:
     """The logarithm of a unit's value in `run` over its first, that of `since`.
 
-    It says how unsure its law leaves it.
+    The comparison says how unsure its law leaves it.
     """
 
     ratio: float

@@ -1,6 +1,6 @@
 """Take temperature out of friction.
 
-It says what units would have shown at one temperature, and how sure that is.
+The result says what units would have shown at one temperature, and how sure that is.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ def factor(count: int) -> float:
 def tolerance_limit(shape: Distribution | None) -> float | None:
     """Return what less than 1 % of units exceed, with 95 % confidence.
 
-    Of a normal or lognormal one by its tolerance factor, but not below that of the same values with a free shape; else
-    by the bootstrap, basic in the logarithm of the distance from the median (Davison and Hinkley 1997).
+    A normal or lognormal one is judged by its tolerance factor, but not below that of the same values with a free
+    shape; else by the bootstrap, basic in the logarithm of the distance from the median (Davison and Hinkley 1997).
     None where no distribution is known.
     """
     if shape is None:

@@ -1,6 +1,6 @@
 """What observers of current and angle alone have in common.
 
-It is all but their compiled function.
+The common part is all but their compiled function.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Velocity from an angle: the differentiator of Levant (1998), compiled.
 
-It is the robust exact one.
+The differentiator is the robust exact one.
 
 In units of its own reach and of a step of time it has no gains left that change: nothing is multiplied where each
 sample waits for the one before.

@@ -29,7 +29,7 @@ class SensorNoise:
     ) -> SensorNoise:
         """Return the noise of sensors that round to whole steps.
 
-        It is a uniform error of one step, and their own noise.
+        The noise is a uniform error of one step, and their own noise.
         """
         return SensorNoise(
             math.sqrt(angle_step * angle_step / 12.0 + angle_noise * angle_noise),

@@ -1,6 +1,6 @@
 """What sliding-mode observers take from data and the sensors' data sheet.
 
-It is their bound, and their filter.
+The common part is their bound, and their filter.
 
 The bound is the data's own. A plate that sticks or slides steadily is held by nothing but friction: then its torque is
 what the motor gives less what the springs take, and what moves the plate has been stronger than its friction before.
@@ -98,7 +98,7 @@ def keep(dt: float) -> float:
 def followed(bound: float, chosen_for: float) -> float:
     """Return the bound that gains are chosen for.
 
-    It is the former one until the bound has moved far from it.
+    The bound is the former one until the bound has moved far from it.
     """
     return bound if bound < FOLLOWED * chosen_for or bound > chosen_for / FOLLOWED else chosen_for
 
@@ -138,7 +138,7 @@ def filtered(
 def least_error_lag(dt: float, bound: float, angle_torque: float, switching: float) -> float:
     """Return the time constant in s of three poles with the least error.
 
-    It holds at steps of dt in s.
+    The pole placement holds at steps of dt in s.
 
     Three, because fewer let white noise of an angle, differentiated twice, through at any frequency.
 

@@ -86,7 +86,7 @@ def narrow(s: Float64, dt: float, wander: float, angle_variance: float) -> None:
 def settle(s: Float64, dt: float, wander: float, jitter: float, angle_variance: float) -> int:
     """Note the steady uncertainty of a sampling step in s; return the lag in ns.
 
-    It is how far the friction then lags.
+    The result is how far the friction then lags.
     """
     steady = np.zeros(STATES)
     restart(steady, 0.0, 0.0, angle_variance)
@@ -109,6 +109,6 @@ def is_settled(s: Float64) -> bool:
 def needs_settling(s: Float64, dt: float) -> bool:
     """Return whether the sampling step has changed for good.
 
-    It is the first step, or a new one that was seen twice.
+    The step is the first step, or a new one that was seen twice.
     """
     return s[FLOOR] == 0.0 or (dt == s[STEP] and dt != s[FLOOR_STEP])

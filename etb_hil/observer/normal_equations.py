@@ -39,7 +39,7 @@ def accumulate(jacobian: Float64, residual: Float64, weight: Float64) -> tuple[F
 def _cholesky(matrix: Float64) -> Float64:
     """Return the lower factor (p, p) of a matrix with a unit diagonal.
 
-    It is filled with NaN where the matrix is not positive.
+    The factor is filled with NaN where the matrix is not positive.
     """
     n = matrix.shape[0]
     lower = np.zeros((n, n))
@@ -73,7 +73,7 @@ def _inverse_of_lower(lower: Float64) -> Float64:
 
 @njit(cache=True, error_model="numpy")
 def _scaled(matrix: Float64) -> tuple[Float64, Float64]:
-    """Return a matrix (p, p) with a unit diagonal, and the factors (p) of its rows and columns.
+    """Return a matrix (p, p) scaled to a unit diagonal, and the factors (p).
 
     Parameters differ by orders of magnitude.
     """
@@ -90,7 +90,7 @@ def _scaled(matrix: Float64) -> tuple[Float64, Float64]:
 
 @njit(cache=True, error_model="numpy")
 def solution(matrix: Float64, vector: Float64) -> Float64:
-    """Return what a symmetric positive matrix (p, p) turns into a vector (p), by Cholesky.
+    """Solve a symmetric positive system (p, p) for a vector (p), by Cholesky.
 
     Every element is NaN where the matrix is none.
     """
@@ -117,7 +117,7 @@ def solution(matrix: Float64, vector: Float64) -> Float64:
 def inverse(matrix: Float64) -> Float64:
     """Return the inverse (p, p) of a symmetric positive matrix, by Cholesky.
 
-    It is NaN where the matrix is none.
+    The inverse is NaN where the matrix is none.
     """
     n = matrix.shape[0]
     scaled, scale = _scaled(matrix)

@@ -1,6 +1,6 @@
 """Where an operator page and the run that it shows meet.
 
-It is a folder with a lock, two sockets and the state of the run.
+The meeting place is a folder with a lock, two sockets and the state of the run.
 
 Neither side needs the other. A run sends datagrams to the page's socket, whether or not a page is there; a page that is
 started again binds the same name and hears the run from then on. The lock is held as long as the run's process lives:

@@ -40,7 +40,7 @@ class PageFeed:
     def update(self, snapshot: PanelSnapshot) -> None:
         """Keep a point of the curves, and hand over the snapshot where one is due.
 
-        It returns at once.
+        The method returns at once.
         """
         self._points.append((snapshot.time_s, snapshot.angle, snapshot.set_point, snapshot.velocity, snapshot.friction))
         del self._points[:-_MOST_POINTS]

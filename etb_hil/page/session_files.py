@@ -1,6 +1,6 @@
 """What the engineer's view reads of a session.
 
-Results, raw frames, and signals in formats for other tools.
+The module reads results, raw frames, and signals in formats for other tools.
 """
 
 from __future__ import annotations

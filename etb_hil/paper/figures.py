@@ -87,7 +87,7 @@ def estimated_friction(
 ) -> Figure:
     """Draw one of figures 4 to 7 over `span` in s.
 
-    It shows friction torque, estimate and motion, with the peak enlarged.
+    The figure shows friction torque, estimate and motion, with the peak enlarged.
     """
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=[2.2, 1.0], width_ratios=[2.6, 1.0])
@@ -148,7 +148,7 @@ def trade_of_filter(title: str, trade: Trade) -> Figure:
 def passages(throttle: ThrottleParameters, accelerations: Sequence[float], limits: Sequence[SlowEnough]) -> Figure:
     """Draw property 3: friction on velocity ramps through zero.
 
-    It shows which accelerations are slow enough.
+    The figure shows which accelerations are slow enough.
     """
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     along, bound = figure.subplots(1, 2)

@@ -21,7 +21,7 @@ _NEAR = 0.02  # share of T_st by which a peak may stay below it
 class BoundedBristles:
     """Property 1 over random motions.
 
-    It has the largest sigma_0 |z| and the largest |T_f|, over T_st.
+    The property has the largest sigma_0 |z| and the largest |T_f|, over T_st.
 
     `steady` is the largest difference in N·m between the friction of steady sliding and the property's formula.
     """

@@ -33,7 +33,7 @@ _NO_FILTER = 1e9  # Hz
 class Reading:
     """One unclear place, the reading taken, and what the other reading gives.
 
-    It says where the place is and what is printed there.
+    The reading says where the place is and what is printed there.
     """
 
     place: str

@@ -38,7 +38,7 @@ _STARTS = (-1.0, 0.0, 0.5, 1.0)  # times T_st / sigma_0
 class SetUp:
     """One of figures 4 to 7: what happened, and how it is estimated.
 
-    It has the paper's estimate with its numbers, and this project's diagnosis.
+    The figure has the paper's estimate with its numbers, and this project's diagnosis.
     """
 
     figure: int

@@ -60,7 +60,7 @@ class Motion:
 def healthy() -> ThrottleParameters:
     """Return the default plant.
 
-    T_st = 0.0095 N·m, T_c = 0.008 N·m (IV.3), at the throttle shaft.
+    Its friction is T_st = 0.0095 N·m, T_c = 0.008 N·m (IV.3), at the throttle shaft.
     """
     return load_model(find("model", "default")).values
 
@@ -86,7 +86,7 @@ def friction_torque(velocity: Float64, bristle: Float64, throttle: ThrottleParam
 def sinusoid(amplitude: float = AMPLITUDE, angular_frequency: float = ANGULAR_FREQUENCY) -> Reference:
     """Return the first reference at instants (n) in s.
 
-    It is position and velocity of a sine about mid-stroke.
+    The reference is position and velocity of a sine about mid-stroke.
     """
 
     def at(time: Float64) -> tuple[Float64, Float64]:
@@ -99,7 +99,7 @@ def sinusoid(amplitude: float = AMPLITUDE, angular_frequency: float = ANGULAR_FR
 def steps(time: Float64) -> tuple[Float64, Float64]:
     """Return the second reference at instants (n) in s.
 
-    It is position (n) and velocity (n) of steps.
+    The reference is position (n) and velocity (n) of steps.
     """
     index = np.minimum((time / HOLD_S).astype(int), len(STEPS) - 1)
     return np.array(STEPS)[index], np.zeros(len(time))
@@ -143,7 +143,7 @@ def driven(throttle: ThrottleParameters, voltage: Float64, start: float) -> Moti
 def literal_fault() -> ThrottleParameters:
     """Return the faulty throttle as IV.4 prints it.
 
-    T_st = 0.00315 N·m at the motor shaft, below T_c.
+    Its T_st is 0.00315 N·m at the motor shaft, below T_c.
     """
     t = healthy()
     return replace(t, stiction=0.00315 * t.gear_ratio)

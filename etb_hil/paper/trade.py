@@ -1,6 +1,6 @@
 """The choice that the seed paper leaves open: cut-off and M.
 
-It lies between a peak that is too low and one that chatters.
+The choice lies between a peak that is too low and one that chatters.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ _TWELFTH = 1.0 / 12.0
 def _phi_2(y: float) -> float:
     """Return (exp(-y) - 1 + y) / y^2 for 0 <= y <= 0.5 within 8e-14.
 
-    It is without the cancellation of that formula.
+    The series is without the cancellation of that formula.
     """
     s = y * y
     high = (_C8 - y * _C9) + s * ((_C10 - y * _C11) + s * _C12)
@@ -98,7 +98,7 @@ def yielding(bristle: float, omega: float, g: float, elastic: float, stiffness: 
 def _turn(start: float, slope: float, curve: float) -> float:
     """Return the one s in 0 ... 1 where start + slope s + curve s^2 is zero.
 
-    It has opposite signs at both ends.
+    The function has opposite signs at both ends.
     """
     root = math.sqrt(max(slope * slope - 4.0 * curve * start, 0.0))
     sum_of = abs(slope) + root  # whichever of the two forms does not cancel

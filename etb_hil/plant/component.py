@@ -1,6 +1,6 @@
 """The component of a device that a cause sits in.
 
-It has to be looked at, whichever of its laws the cause is.
+The component has to be looked at, whichever of its laws the cause is.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from etb_hil.plant.physics import STOP_DAMPING, STOP_HIGH, STOP_LOW, STOP_STIFFN
 def push(theta: float, omega: float, side: float, p: Values) -> float:
     """Return the torque in N·m of the upper (side 1) or lower (-1) stop.
 
-    It is above zero where the stop is pressed together.
+    The torque is above zero where the stop is pressed together.
     """
     edge = p[STOP_HIGH] if side > 0.0 else p[STOP_LOW]
     return side * (p[STOP_STIFFNESS] * (theta - edge) + p[STOP_DAMPING] * omega)
@@ -35,7 +35,7 @@ def contact_of(theta: float, omega: float, p: Values) -> float:
 def first_root(value: float, rate: float, curvature: float, h: float) -> float:
     """Return the first time in 0 ... h at which a parabola is zero.
 
-    It is value + rate t + curvature t^2 / 2, and has such a time.
+    The parabola is value + rate t + curvature t^2 / 2, and has such a time.
     """
     root = np.sqrt(max(rate * rate - 2.0 * curvature * value, 0.0))
     denominator = rate + (root if rate >= 0.0 else -root)
@@ -48,7 +48,7 @@ def change_of_contact(
 ) -> tuple[float, float]:
     """Return when in 0 ... h the contact changes, and what it then is.
 
-    It is h and the old contact where it does not.
+    The result is h and the old contact where it does not.
     """
     if contact != 0.0:
         push_end = push(theta_end, omega_end, contact, p)

@@ -1,6 +1,6 @@
 """A drive without springs and stops, rotary or linear.
 
-It has the equations of a throttle, most of them switched off.
+The drive has the equations of a throttle, most of them switched off.
 
 With linear motion a force stands for torque, metres for radians. The drive is given its force or torque, so that it has
 no winding; a constant load takes the place of the preload.
@@ -181,7 +181,7 @@ def _drive(document: Document[DriveFile]) -> Model:
 def _absent() -> dict[str, float]:
     """Return what a drive does not have, without effect.
 
-    It is a winding without lag, springs of no force, stops far away.
+    The result is a winding without lag, springs of no force, stops far away.
     """
     return {
         "resistance": 1.0, "inductance": 1e-7, "back_emf_constant": 0.0, "torque_constant": 1.0,

@@ -63,7 +63,7 @@ def _power_of_two(k: np.int64) -> float:
 def exp(x: float) -> float:
     """Return e**x within 1 ulp (2 ulp where the result is subnormal).
 
-    It is inf and 0 beyond what a double holds.
+    The result is inf and 0 beyond what a double holds.
     """
     if not x <= _EXP_OVERFLOW:
         return x if x != x else np.inf  # noqa: PLR0124 (the test for NaN that needs no library)
@@ -132,7 +132,7 @@ def log(value: float) -> float:
 def gauss(x: float) -> float:
     """Return e**-x^2 within 4e-16 of the true value, 0 for abs(x) > 6.5.
 
-    It is three times as fast as by `exp`.
+    The function is three times as fast as by `exp`.
     """
     x = abs(x)
     if not x <= _GAUSS_ENDS:
@@ -146,7 +146,7 @@ def gauss(x: float) -> float:
 def gauss_near(x: float, known_x: float, known: float) -> float:
     """Return e**-x^2 from its value at a point nearby.
 
-    It is sooner at hand than `gauss`, within 2e-12 of `known`.
+    The function is faster than `gauss`, within 2e-12 of `known`.
     """
     a = (known_x - x) * (known_x + x)
     return known * _exp_small(a) if abs(a) < _NEAR else gauss(x)

@@ -38,7 +38,7 @@ SENSED_STATES = EXTENDED_STATES + sensing.SENSING
 def new_extended_state(theta: float, temperature: float, p: Vector) -> Vector:
     """Return the state of a throttle at rest at an angle in rad.
 
-    It is float64 (`EXTENDED_STATES`); the throttle has long been at a temperature.
+    The state is float64 (`EXTENDED_STATES`); the throttle has long been at a temperature.
     """
     state = np.zeros(EXTENDED_STATES)
     state[THETA] = state[PLATE] = theta
@@ -59,7 +59,7 @@ def new_sensed_state(theta: float, temperature: float, p: Vector) -> Vector:
 def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, temperature: float) -> None:
     """Move an extended state in place by whole ticks under a constant voltage.
 
-    It is in V; NaN is an open bridge.
+    The voltage is in V; NaN is an open bridge.
 
     `p` is the extended vector, `temperature` the housing's in degC. What an effect changes is set at the start of a
     tick and held over it; additional torques come as a kick to the velocity. A state of `SENSED_STATES` has sensors
@@ -108,7 +108,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
 def told_current(state: Vector, temperature: float, p: Vector) -> float:
     """Return what the current sensor is given in A.
 
-    It is the current, unless an effect of the sensor changes it.
+    The quantity is the current, unless an effect of the sensor changes it.
     """
     return sensing.current(state[EXTENDED_STATES:], temperature, p) if len(state) > EXTENDED_STATES else state[CURRENT]
 
@@ -117,7 +117,7 @@ def told_current(state: Vector, temperature: float, p: Vector) -> float:
 def told_motor_angle(state: Vector, p: Vector) -> float:
     """Return what the encoder is given in rad.
 
-    It is the motor's angle, unless its disc is off centre.
+    The quantity is the motor's angle, unless its disc is off centre.
     """
     angle = state[THETA] * p[GEAR_RATIO]
     return sensing.motor_angle(angle, p) if len(state) > EXTENDED_STATES else angle
@@ -127,7 +127,7 @@ def told_motor_angle(state: Vector, p: Vector) -> float:
 def told_plate(state: Vector, p: Vector) -> float:
     """Return what the plate sensor is given in rad.
 
-    It is the motor's own angle, unless an effect lets the teeth give way.
+    The quantity is the motor's own angle, unless an effect lets the teeth give way.
     """
     if len(state) > EXTENDED_STATES:
         return sensing.plate(state[EXTENDED_STATES:], p)

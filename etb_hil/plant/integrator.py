@@ -1,6 +1,6 @@
 """The one integrator of the plant, compiled, in whole ticks of 50 us.
 
-It is of second order, and stable however stiff the bristles.
+The integrator is of second order, and stable however stiff the bristles.
 
 `step.py` holds the scheme. Here its steps are cut where a stop is met or left and where the freewheeling current ends,
 so that no step runs over a jump.
@@ -49,7 +49,7 @@ _FAST = 0.05  # dead zones in a tick; slower than this the springs' jump is smoo
 def new_state(theta: float) -> Vector:
     """Return the state of a throttle at rest at an angle in rad.
 
-    It is float64 (`STATES`), with bristles and current at zero.
+    The state is float64 (`STATES`), with bristles and current at zero.
     """
     state = np.zeros(STATES)
     state[THETA] = theta
@@ -60,7 +60,7 @@ def new_state(theta: float) -> Vector:
 def _stride(theta: float, omega: float, contact: float, left: float, p: Values) -> float:
     """Return how far to step.
 
-    It is to the end of the tick, less while a stop throws back or limp-home flies past.
+    The step is to the end of the tick, less while a stop throws back or limp-home flies past.
     """
     travel = TICK * abs(omega)
     if contact != 0.0:
@@ -74,7 +74,7 @@ def _stride(theta: float, omega: float, contact: float, left: float, p: Values) 
 def _end_of_current(omega: float, current: float, current_end: float, u: float, h: float, p: Values) -> float:
     """Return when in 0 ... h a freewheeling current is zero.
 
-    It changes its sign in that time.
+    The current changes its sign in that time.
     """
     rate = (u - p[RESISTANCE] * current - p[BACK_EMF] * omega) / p[INDUCTANCE]
     return first_root(current, rate, 2.0 * (current_end - current - rate * h) / (h * h), h)
@@ -146,7 +146,7 @@ def advance_bristles(state: Vector, p: Vector, elastic: float, voltage: float, t
 def advance(state: Vector, p: Vector, voltage: float, ticks: int) -> None:
     """Move `state` in place by whole ticks of 50 us under a constant voltage.
 
-    It is in V; NaN is an open bridge.
+    The voltage is in V; NaN is an open bridge.
 
     The voltage is limited to what the bridge gives. With the bridge open, the diodes put the supply against the
     current until it is gone; a back-EMF above the supply is not modelled.

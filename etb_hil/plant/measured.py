@@ -59,7 +59,7 @@ class Measured:
     def is_off(self) -> bool:
         """Whether the number lies outside what the model file states.
 
-        It is a cause then, whatever its own error.
+        Such a number is a cause then, whatever its own error.
         """
         return bool(abs(self.value - self.stated) > self.tolerance + self.uncertainty)
 

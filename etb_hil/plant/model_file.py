@@ -35,7 +35,7 @@ Text = Annotated[str, Field(min_length=1, max_length=2000)]
 class TemperatureEntry(FileModel):
     """How a parameter changes with the housing's temperature, linearly.
 
-    It changes about a reference.
+    The parameter changes about a reference.
     """
 
     coefficient: TemperatureCoefficient

@@ -13,7 +13,7 @@ from etb_hil.plant.values import ThrottleParameters
 class Tolerance:
     """How far the true value may lie from the stated one.
 
-    It is a share of it, or an amount in SI.
+    The tolerance is a share of it, or an amount in SI.
     """
 
     amount: float

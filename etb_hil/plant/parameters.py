@@ -1,6 +1,6 @@
 """A model: what is known of a throttle, with tolerances and sources.
 
-It is read from a model file.
+A model is read from a model file.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ class Model:
     def tolerance(self, name: str) -> float:
         """Return how far a field of `ThrottleParameters` may be off, in SI.
 
-        It is the worst case over what it is made of.
+        The tolerance is the worst case over what it is made of.
         """
         nominal = getattr(self.values, name)
         return float(sum(abs(getattr(moved, name) - nominal) for moved in self._one_moved))
@@ -150,7 +150,7 @@ class Model:
     def tolerances(self) -> ThrottleParameters:
         """How far each value of the equations may be off, in SI; see `tolerance`.
 
-        It is at the throttle shaft.
+        The tolerance is at the throttle shaft.
         """
         return ThrottleParameters(*(self.tolerance(one.name) for one in fields(ThrottleParameters)))
 

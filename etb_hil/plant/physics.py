@@ -57,7 +57,7 @@ def registers(p: Vector) -> Values:
 def spring_torque(theta: float, p: Values) -> float:
     """Return the springs' torque in N·m at an angle in rad.
 
-    It is positive where it closes the plate (seed paper, fig. 3).
+    The torque is positive where it closes the plate (seed paper, fig. 3).
 
     The jump at limp-home is smoothed over the dead zone (half width `DEAD_ZONE`) by 3 u^2 - 2 u^3: zero and flat at
     limp-home, the full preload and slope outside, and no kink that would cost the integrator its order.
@@ -88,7 +88,7 @@ def stop_torque(theta: float, omega: float, p: Values) -> float:
 def stribeck(omega: float, p: Values) -> float:
     """Return g(omega) in N·m: friction of steady sliding without viscosity.
 
-    Seed paper, eq. 2.
+    Source: seed paper, eq. 2.
     """
     return p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
 

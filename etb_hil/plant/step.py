@@ -1,6 +1,6 @@
 """One step of the plant, with the electrical mode and the contact fixed.
 
-It may have any length.
+The step may have any length.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ class Shaft(StrEnum):
 class TableRow:
     """A row of table I: what is common in production, in SI.
 
-    It is at the shaft that we read it for.
+    The row is at the shaft that we read it for.
     """
 
     symbol: str
@@ -31,7 +31,7 @@ class TableRow:
 class ParameterKind:
     """A parameter: its symbol, its dimension, and its row of table I.
 
-    It says how it is referred from shaft to shaft, too.
+    The parameter says how it is referred from shaft to shaft, too.
 
     A rotary value at the motor shaft times G_r**`gear_power` is the value at the throttle shaft; None: not rotary.
     `least`: below zero for what is counted from a zero that a sensor sets.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 class ThrottleParameters:
     """Every value of the base model, at the throttle shaft, in SI.
 
-    Seed paper, eq. 1 and 2.
+    Source: seed paper, eq. 1 and 2.
     """
 
     resistance: float

@@ -27,7 +27,7 @@ COLDEST, HOTTEST = -60.0, 200.0  # degC of a housing: beyond them a temperature 
 class VoltageRun:
     """What the throttle did as its sensors tell it, and the true velocity.
 
-    It is at the instants of the voltage (n); the velocity is the motor's.
+    The record is at the instants of the voltage (n); the velocity is the motor's.
 
     Plate angle rad, motor angle rad since the start, velocity rad/s at the throttle shaft, current A.
     """

@@ -1,6 +1,6 @@
 """What a key function of security access is declared with.
 
-`KEY = SecurityKey(...)`.
+A plug-in writes `KEY = SecurityKey(...)`.
 """
 
 from etb_hil.uds.keys import SecurityKey as SecurityKey

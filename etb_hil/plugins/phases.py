@@ -1,6 +1,6 @@
 """What a kind of phase is declared with: a subclass of `PhaseModel`.
 
-`PHASE = MyPhase`.
+A plug-in writes `PHASE = MyPhase`.
 """
 
 from etb_hil.base.modes import Mode as Mode

@@ -183,7 +183,7 @@ def _role_by_name(name: str) -> Conversion | None:
 def _unit_after(name: str, word: str) -> str | None:
     """Return the unit in `word_unit` or `word [unit]`.
 
-    It is `1` where there is none, None where the name is another word.
+    The unit is `1` where there is none, None where the name is another word.
     """
     match = re.fullmatch(rf"{re.escape(word)}(?:_(\S+)|\s*[\[(]\s*(.*?)\s*[\])])?", name.strip())
     if match is None:

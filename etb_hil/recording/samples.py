@@ -120,7 +120,7 @@ class Joiner:
     def _lost_before(self, source: str, block: SampleBlock, common: Int64) -> Int64:
         """Return how many samples one source misses right before each common instant.
 
-        It counts what the source lost itself, and what was dropped.
+        The result counts what the source lost itself, and what was dropped.
         """
         if len(block) == len(common) and not self._missing[source]:
             return block.lost_before

@@ -71,7 +71,7 @@ def _sources(
 ) -> list[tuple[str, NDArray[np.bool_], list[Conversion]]]:
     """Return what was sampled together: its name, its rows (n) and its roles.
 
-    Of a log's signals by message.
+    The signals of a log are taken by message.
     """
     if not isinstance(table, ParquetTable) or not table.is_of_log:
         return _sampled_together(path.stem, uses, raw)

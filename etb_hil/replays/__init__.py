@@ -1,4 +1,4 @@
 """What was recorded judged again: sessions, logs of any origin, one or many.
 
-Exports, and logs sent onto a bus.
+The package also has exports, and logs sent onto a bus.
 """

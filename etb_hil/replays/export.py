@@ -69,7 +69,7 @@ class Exported:
 class _Source:
     """What must be known of a log before it is written.
 
-    Its earliest stamp, and whether its stamps ever fall.
+    That is its earliest stamp, and whether its stamps ever fall.
     """
 
     earliest_ns: int

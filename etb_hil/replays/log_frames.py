@@ -88,7 +88,7 @@ class Frames:
     def _later_ns(self, path: Path, log: LogReader, first_ns: int, last_ns: int | None) -> int:
         """Return what makes a file's stamps follow those of the file before it.
 
-        It is added to them, in ns.
+        The offset is added to them, in ns.
         """
         if len(self._paths) == 1:
             return 0

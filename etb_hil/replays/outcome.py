@@ -145,7 +145,7 @@ def part_of(finished: Finished, origin_ns: int) -> Part:
 def together(parts: Sequence[Part]) -> Part:
     """Return a log judged in parts (one at least) as one outcome.
 
-    It has the first part of those that decide, sums, and all exceedances.
+    The outcome has the first part of those that decide, sums, and all exceedances.
     """
     return replace(
         min(parts, key=lambda part: rank(part.verdict, part.reason_id)),

@@ -104,7 +104,7 @@ class Watch:
 def read_progress(folder: Path) -> Progress | None:
     """Return how far the work of a folder has come, or None where none began.
 
-    It is for those who did not start the work.
+    This function is for those who did not start the work.
 
     Raises InputError where the state cannot be read.
     """

@@ -25,7 +25,7 @@ class Window:
 def within(log: Iterable[FrameBlock], window: Window | None, path: Path) -> Iterator[FrameBlock]:
     """Yield the frames of a window, counted from the log's first frame.
 
-    All of them without a window.
+    Without a window, all frames are yielded.
 
     Raises InputError, afterwards, where the log has frames and the window has none.
     """

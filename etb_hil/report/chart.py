@@ -82,7 +82,7 @@ class Box:
 class Rule:
     """A straight line through the whole panel.
 
-    It is at a y value where `is_level`, else at an x value.
+    The line is at a y value where `is_level`, else at an x value.
     """
 
     at: float

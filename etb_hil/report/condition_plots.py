@@ -23,7 +23,7 @@ _SLOW, _FAST = 0.15, 1.5  # times omega_s: below, friction is T_st within 2 % of
 def break_away_over_rate(series: ReportSeries, results: RunResult) -> Chart | None:  # noqa: ARG001 (one signature for all)
     """Draw break-away torque over how fast the torque rose.
 
-    None where it rose equally everywhere.
+    The result is None where it rose equally everywhere.
     """
     if not len(series.ramp_rate):
         return None
@@ -44,7 +44,7 @@ def break_away_over_rate(series: ReportSeries, results: RunResult) -> Chart | No
 def friction_over_temperature(series: ReportSeries, results: RunResult) -> Chart | None:
     """Draw T_st and T_c over temperature, with the law.
 
-    None where the plate hardly warmed.
+    The result is None where the plate hardly warmed.
 
     Slow windows tell T_st, fast ones T_c: the fitted number, times what the window lies above the fitted curve.
     """

@@ -1,6 +1,6 @@
 """Plots with matplotlib.
 
-A chart as a figure, the style of every figure, PNG files, and SVG of a history's page.
+The module makes a chart a figure, sets the style of every figure, and writes PNG files and the SVG of a history's page.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ def _scales(axes: Axes) -> str:
 def _as_dots(svg: str) -> str:
     """Draw many small round marks as one path of dots.
 
-    It is a third of the size, and round under any stretching.
+    The result is a third of the size, and round under any stretching.
     """
     return _MARKS.sub(_dots, svg)
 

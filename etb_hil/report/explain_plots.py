@@ -33,7 +33,7 @@ def before_and_after(series: Pictures) -> Chart:
 def over_runs(runs: Runs) -> Chart:
     """Draw how well each run was predicted over what was set.
 
-    It shows where the plate broke away, if it did.
+    The plot shows where the plate broke away, if it did.
     """
     broke_away = bool(np.isfinite([runs.breaks_away, runs.model_breaks_away]).any())
     panels = [Panel(f"Free runs over {runs.condition}", "R²")]
@@ -53,7 +53,7 @@ def over_runs(runs: Runs) -> Chart:
 def residual_plot(left: ResidualCurve) -> Chart:
     """Draw the residual of a balance over a coordinate, by direction.
 
-    It is that of the calibrated and of the extended model.
+    The residual is that of the calibrated and of the extended model.
     """
     (times, unit), (along, over_unit) = _shown(left.unit), _shown(left.over_unit)
     over = left.over.replace("_", " ")

@@ -38,7 +38,7 @@ def bus_facts(results: RunResult) -> list[tuple[str, str]]:
 def timing_facts(results: RunResult) -> list[tuple[str, str]]:
     """Return how good the time of the samples is, each fact with its name.
 
-    It says how late whom was, too.
+    The result says how late whom was, too.
     """
     grade, clock, bench = results.timestamp_grade, results.clock, results.bench
     meaning = TIMESTAMP_GRADES.get(grade, "")

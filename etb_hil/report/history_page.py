@@ -1,6 +1,6 @@
 """The page of a history: what many runs say of a part.
 
-It has charts, distributions and gauge studies.
+The page has charts, distributions and gauge studies.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The plot of a history over temperature.
 
-It shows friction of each unit, and the law of all of them together.
+The plot shows friction of each unit, and the law of all of them together.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def render(
 ) -> str:
     """Return the page that a template makes of values.
 
-    It also gets `style`, `zoom`, and `zoom_hash` for its policy.
+    The template also gets `style`, `zoom`, and `zoom_hash` for its policy.
     """
     environment = Environment(
         loader=FileSystemLoader(_HERE),

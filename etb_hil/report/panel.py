@@ -1,6 +1,6 @@
 """The live panel's own process, which draws snapshots.
 
-It reads them from its standard input; into a log it prints lines.
+The process reads them from its standard input; into a log it prints lines.
 
 `python -m etb_hil.report.panel`, started by `PanelFeed`. It ends with its input, and leaves the screen to the verdict.
 """
@@ -55,7 +55,7 @@ def _snapshot(line: bytes) -> PanelSnapshot:
 def show_live(reader: SnapshotReader, console: Console) -> None:
     """Draw the newest snapshot in place, until the input ends.
 
-    It is drawn at most eight times a second.
+    The panel is drawn at most eight times a second.
     """
     newest = PanelSnapshot()
     came_s = time.monotonic()

@@ -1,6 +1,6 @@
 """What the live panel looks like.
 
-It has 80 columns and fewer than 24 rows, and is readable without colour.
+The panel has 80 columns and fewer than 24 rows, and is readable without colour.
 """
 
 from __future__ import annotations

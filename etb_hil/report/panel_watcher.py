@@ -28,7 +28,7 @@ class PanelLimits:
     def at(self, velocity: float) -> float | None:
         """Return the limit that friction is held against at a velocity.
 
-        None between the two regimes.
+        The result is None between the two regimes.
         """
         if self.stribeck_velocity is None or abs(velocity) < self.stribeck_velocity:
             return self.stiction

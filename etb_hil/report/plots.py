@@ -56,7 +56,7 @@ def friction_over_speed(series: ReportSeries, results: RunResult) -> Chart:
 def _speed_limits(panel: Panel, results: RunResult, reach: float) -> None:
     """Draw each limit where it is compared.
 
-    T_st below omega_s, T_c (and the viscous torque) far above it.
+    T_st is drawn below omega_s, T_c (with the viscous torque) far above it.
     """
     omega_s = math.degrees(results.measurements.value("omega_s") or 0.0)
     near = min(omega_s, reach) if omega_s else reach
@@ -106,7 +106,7 @@ def friction_over_angle(series: ReportSeries, results: RunResult) -> Chart:
 def _says_something(over: FrictionMap) -> bool:
     """Return whether a map shows more than grey.
 
-    It has more than one temperature, or a cell that is off the curve.
+    Such a map has more than one temperature, or a cell that is off the curve.
     """
     return len(over.temperature) > 1 or float(np.nanmax(np.abs(over.factor - 1.0), initial=0.0)) >= _LEVEL
 

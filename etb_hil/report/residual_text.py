@@ -1,6 +1,6 @@
 """What an answer without a cause knows of the residual, in a sentence.
 
-It says what the residual follows, and how it acts.
+The sentence says what the residual follows, and how it acts.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _LOOKS_LIKE = {
 def residual_text(found: ExplanationResult) -> str:
     """Return what most of the residual looks like.
 
-    It does so where an answer is `unexplained` and one curve takes that much.
+    The text is empty unless an answer is `unexplained` and one curve takes that much.
     """
     greediest = max(found.unexplained.nonparametric_terms, key=lambda one: one.explained_share, default=None)
     if found.verdict != "unexplained" or greediest is None or greediest.explained_share < _MOST:

@@ -314,7 +314,7 @@ def _width(text: str, size: float) -> float:
 class _Legend:
     """One legend for all panels, below them, where it hides no data.
 
-    It is filled column by column.
+    The legend is filled column by column.
     """
 
     def __init__(self, chart: Chart, width: float) -> None:

@@ -19,7 +19,7 @@ _AS_IT_SHOULD = " as it should be"
 def code_sentences(results: RunResult) -> list[str]:
     """Return a sentence for each code that the unit reports after the run.
 
-    It has the code, and what was measured.
+    The sentence has the code, and what was measured.
     """
     diagnostics = results.unit_diagnostics
     if diagnostics is None or diagnostics.codes_after is None or results.bench.outcome is not BenchOutcome.OK:

@@ -1,6 +1,6 @@
 """The verdict on the screen and in a log.
 
-It is large, with why, what to do next, and where the report is.
+The verdict is large, with why, what to do next, and where the report is.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def verdict_text(
 ) -> str:
     """Return the verdict as plain text of at most `columns` (80 at the most).
 
-    It is for a terminal or a log file.
+    The text is for a terminal or a log file.
 
     Where it is to fit into some `rows`, further reasons give way, the last ones first; `next_step` as of `verdict_of`.
     """

@@ -1,6 +1,6 @@
 """The result of `explain`, typed.
 
-It says what the model lacks of a measurement, why, and how well that is known.
+The result says what the model lacks of a measurement, why, and how well that is known.
 
 `explanation.json` holds these fields. Values are SI; intervals are 95 %. What is not known is None.
 """

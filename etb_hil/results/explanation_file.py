@@ -49,7 +49,7 @@ def explanation_as_dict(result: ExplanationResult) -> dict[str, Any]:
 def explanation_schema() -> dict[str, Any]:
     """Return the JSON schema of `explanation.json`.
 
-    `etb-hil schema explanation` publishes it.
+    The command `etb-hil schema explanation` prints the schema.
     """
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_adapter().json_schema()}
 

@@ -1,6 +1,6 @@
 """The result of a run, typed.
 
-It has the unit's verdict, how the bench fared, and what was measured, seen and asked.
+The result has the unit's verdict, how the bench fared, and what was measured, seen and asked.
 
 Times are seconds since the run began, on the sample clock. Values are SI at the throttle shaft. What could not be
 measured is None, never 0.
@@ -178,7 +178,7 @@ class Prompt:
 class Attempt:
     """An attempt before the one that counts.
 
-    It has what came of it, and the folder in the session that holds it.
+    The attempt has what came of it, and the folder in the session that holds it.
     """
 
     number: int

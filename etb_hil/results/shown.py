@@ -92,7 +92,7 @@ def measured(one: Measurement) -> str:
 def limit(one: Measurement) -> str:
     """Return the limit of a measurement with its unit.
 
-    It is the nearer one where there are two, `-` where there is none.
+    The limit is the nearer one where there are two, `-` where there is none.
     """
     return quantity(nearer_limit(one), one.unit, decimals(one))
 
@@ -136,7 +136,7 @@ def in_words(one: Measurement) -> tuple[str, str, str]:
 def sentence(one: Measurement) -> str:
     """Return what was measured and what is allowed, as a sentence.
 
-    It reads `name is 0.171 N·m (0.167 to 0.175), allowed at most 0.260`.
+    The sentence reads `name is 0.171 N·m (0.167 to 0.175), allowed at most 0.260`.
     """
     within = f" ({interval(one)})" if interval(one) else ""
     return f"{one.name} is {measured(one)}{within}, allowed {limits(one)}"

@@ -1,6 +1,6 @@
 """What the unit's own diagnostics (UDS) report.
 
-Identity, trouble codes before and after the scenario, routines.
+They are the identity, trouble codes before and after the scenario, and routines.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class TroubleCode:
 class RoutineRun:
     """A routine that the bench ran `before` or `after` the scenario.
 
-    It says what came of it.
+    The result says what came of it.
     """
 
     name: str

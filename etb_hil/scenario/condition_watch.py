@@ -1,6 +1,6 @@
 """Find the sample that fires a condition, live and in replay.
 
-It is the same one from any cut of the stream.
+The sample is the same one from any cut of the stream.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ BINS = 10  # means that a settling signal's trend is fitted to
 class Firing:
     """The sample that made a condition true.
 
-    It has a stamp in ns and a value in the role's SI unit.
+    The sample has a stamp in ns and a value in the role's SI unit.
     """
 
     stamp_ns: int
@@ -100,7 +100,7 @@ class ConditionWatch:
 class _Trend:
     """The straight line through the last `BINS` means of a signal.
 
-    It is told as its change over their whole time.
+    The line is told as its change over their whole time.
     """
 
     def __init__(self, over_ns: int) -> None:

@@ -31,7 +31,7 @@ def load_judged_limits(path: Path, gear_ratio: float | None = None) -> Limits:
 def missing_phases(kind: MeasurementKind, place: Place | None = None) -> Iterator[Problem]:
     """Yield a problem for each kind of phase of a measurement that does not exist.
 
-    It names the plug-in that declares the measurement, or `place` where none does.
+    The problem names the plug-in that declares the measurement, or `place` where none does.
     """
     declared = next((part.place for part in parts("measurements") if part.value.id == kind.id), place)
     for phase in sorted(kind.phases - phase_kinds().keys()):

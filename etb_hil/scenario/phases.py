@@ -25,7 +25,7 @@ from etb_hil.scenario.trajectory import SetPoint, Trajectory
 def phase_kinds() -> dict[str, type[PhaseModel]]:
     """Return the kinds of phase by name, ours first.
 
-    InputError where a plug-in's breaks the contract.
+    Raises InputError where a plug-in's breaks the contract.
     """
     files = pkgutil.iter_modules(kinds.__path__)
     own: list[type[PhaseModel]] = [import_module(f"{kinds.__name__}.{one.name}").PHASE for one in files]

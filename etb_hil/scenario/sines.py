@@ -67,7 +67,7 @@ class Multisine:
 def _grown(angular_frequency: float, t: float) -> tuple[float, float]:
     """Return the share of the amplitude at t, and its rate.
 
-    It grows along half a cosine over the first period.
+    The amplitude grows along half a cosine over the first period.
     """
     phase = angular_frequency * t
     if phase >= 2.0 * math.pi:

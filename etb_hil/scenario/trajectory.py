@@ -77,7 +77,7 @@ class Held:
 class Piece:
     """A segment in which the velocity goes from `start` to `end` (rad/s).
 
-    It goes along half a cosine, in `length` seconds.
+    The velocity goes along half a cosine, in `length` seconds.
     """
 
     start: float

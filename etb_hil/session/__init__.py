@@ -1,4 +1,4 @@
 """What a run recorded, and what is concluded from it.
 
-The folder, its events, the judging, comparisons.
+The package has the folder, its events, the analysis and comparisons.
 """

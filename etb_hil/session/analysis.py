@@ -109,7 +109,7 @@ class Analysis:
     def begin_phase(self, stamp_ns: int, phase_id: str, kind: str, until: Condition | None = None) -> int:
         """Let what is sampled from now on belong to a phase; return its begin.
 
-        It is what comes after this stamp, and after all that was pushed.
+        The part is what comes after this stamp, and after all that was pushed.
 
         Of the phase's samples, `fired` is the one that fires its condition.
         """

@@ -1,6 +1,6 @@
 """How long the controller takes to show the bridge on or off as commanded.
 
-It is the only look at a delay.
+This time is the only look at a delay.
 
 A receive stamp says when a frame came, never when it was sent: frames that all come late look fresh. From a command on
 the bus to the first status that shows it, the delay there and back is in between.

@@ -1,6 +1,6 @@
 """How well the computer's stamps follow the controller's sample clock.
 
-It is told by offset, drift, and the residual.
+The quality is told by offset, drift, and the residual.
 """
 
 from __future__ import annotations

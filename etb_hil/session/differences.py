@@ -1,6 +1,6 @@
 """What two judgements of the same measurement differ in.
 
-One value, the first sample, or the verdicts' table.
+These are one value, the first sample, or the table of verdicts.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Divergence:
     """Where two runs part for the first time.
 
-    It has the signal, the seconds since the begin of the run, and both values.
+    The place has the signal, the seconds since the begin of the run, and both values.
     """
 
     signal: str

@@ -1,6 +1,6 @@
 """What happened in a run beside its frames: phases, stops, lateness.
 
-Appended line by line to `events.jsonl`.
+They are appended line by line to `events.jsonl`.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ def read_quality(
 ) -> tuple[Reading, ...]:
     """Return the quality of each role's readings.
 
-    It is that from the begin of the first phase on, up to `end_ns`.
+    The quality is that from the begin of the first phase on, up to `end_ns`.
     """
     start_ns = begins_ns[0] if begins_ns else 0
     return tuple(_quality(one, decoder, start_ns, end_ns) for one in requested.identifiers)

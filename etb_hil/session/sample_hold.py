@@ -1,4 +1,4 @@
-"""Sample and hold: slow signals beside the fast ones, on one clock for the diagnosis."""
+"""Sample and hold: slow signals at the instants of the fast ones."""
 
 from __future__ import annotations
 

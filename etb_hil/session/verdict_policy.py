@@ -22,9 +22,9 @@ _CRC_BITS = {Profile.NONE: 0, Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}
 
 
 def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dialect) -> list[Reason]:
-    """Return a doubt where a corrupted frame may have passed its CRC by chance.
+    """Return the messages of which a corrupted frame may have passed its CRC.
 
-    So many others failed it.
+    They are those of which so many other frames failed it.
     """
     found = []
     for message in dialect.messages:

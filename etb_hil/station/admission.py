@@ -1,6 +1,6 @@
 """Whether a unit may be tested now.
 
-It depends on its serial number, on what came of it before, and on whether the bench is fit.
+Admission depends on its serial number, on what came of it before, and on whether the bench is fit.
 """
 
 from __future__ import annotations

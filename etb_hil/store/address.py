@@ -28,7 +28,7 @@ _REMEDY = "leave the password out; set PGPASSWORD, or name a password file in PG
 class StoreAddress:
     """The address of a store.
 
-    It is the `path` of an SQLite file, or the `url` of a PostgreSQL database.
+    The address is the `path` of an SQLite file, or the `url` of a PostgreSQL database.
 
     The URL never holds a password: the PostgreSQL client reads it from the environment or from a password file.
     """

@@ -88,7 +88,7 @@ def begin(address: StoreAddress, connection: Any) -> None:  # noqa: ANN401 (of t
 def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN401
     """Return the revision of a store's tables.
 
-    It is empty where there are none, or those of the first version.
+    The revision is empty where there are none, or those of the first version.
     """
     known = "to_regclass('alembic_version') IS NOT NULL"
     if not address.is_server:
@@ -112,7 +112,7 @@ def require_schema(address: StoreAddress) -> None:
 def up_to_date(address: StoreAddress) -> Iterator[Any]:
     """Yield a connection to a store that has this version's tables.
 
-    It is what `connected` and `require_schema` give.
+    The connection is what `connected` and `require_schema` give.
 
     One connection asks for the version and then serves: each further one costs a server some milliseconds.
     """

@@ -36,7 +36,7 @@ def latest_runs(address: StoreAddress, selection: Selection = EVERYTHING) -> lis
 def measured_ids(address: StoreAddress, selection: Selection = EVERYTHING) -> list[dict[str, Any]]:
     """Return `id` and `unit` of what the selected runs measured.
 
-    Those with a limit come first. InputError likewise.
+    Those with a limit come first. Raises InputError where the store is missing or does not answer.
     """
     chosen = joined_runs(selection)
     has_limit = sa.or_(measurements.c.limit_low.is_not(None), measurements.c.limit_high.is_not(None))
@@ -54,7 +54,7 @@ def values_over_time(
 ) -> list[dict[str, Any]]:
     """Return a measurement over the selected runs in order of time, as rows.
 
-    InputError likewise.
+    Raises InputError where the store is missing or does not answer.
 
     A row has `run_id`, `started` (ISO 8601, UTC), `serial`, `value` with its 95 % interval `low` and `high`,
     `limit_low`, `limit_high`, `unit` (SI) and `verdict`. Runs without a value are left out.

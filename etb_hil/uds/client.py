@@ -114,7 +114,7 @@ class UdsClient:
     def _response(self, now_ns: int) -> Response | None:
         """Return the final response to the request.
 
-        'response pending' only moves the deadline.
+        The answer 'response pending' only moves the deadline.
         """
         while self._end.received:
             payload = self._end.received.popleft()

@@ -27,7 +27,7 @@ class SecurityKey:
 def _example(seed: bytes, level: int) -> bytes:
     """Return each byte of the seed turned over, plus the level.
 
-    It is a key for trying things out, and no secret.
+    The result is a key for trying things out, and no secret.
     """
     return bytes((byte ^ 0xFF) + level & 0xFF for byte in seed)
 
@@ -48,7 +48,7 @@ def _keys() -> dict[str, SecurityKey]:
 def key_names() -> tuple[str, ...]:
     """Return the names of all key functions, ours first.
 
-    InputError where a plug-in breaks the contract.
+    Raises InputError where a plug-in breaks the contract.
     """
     return tuple(_keys())
 

@@ -1,6 +1,6 @@
 """The section `uds` of a bench file.
 
-It says how the unit is asked for its identity, its trouble codes and its values.
+The section says how the unit is asked for its identity, its trouble codes and its values.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _known_identity(name: str) -> str:
 class UdsSettings(FileModel):
     """UDS on CAN with normal addressing.
 
-    It holds the identifiers of the frames, and what the unit can be asked for.
+    The section holds the identifiers of the frames, and what the unit can be asked for.
     """
 
     request: Annotated[int, Field(ge=0, description="identifier of the frames to the unit")]

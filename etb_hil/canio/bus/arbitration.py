@@ -157,7 +157,7 @@ def foretell(
 ) -> bool:
     """Let the one node hear now of the one frame that waits for it.
 
-    It does where nothing can keep the frame from ending in time.
+    The kernel does where nothing can keep the frame from ending in time.
 
     The bus must be free and undisturbed, and the frame win over all that the node may send; then the node can live
     past its end in one go.

@@ -51,7 +51,7 @@ class BusRates(Protocol):
 class BudgetLine:
     """One message's part of the bus's time (0 to 1).
 
-    It has frames a second, and worst-case bits at both rates.
+    A part has frames a second, and worst-case bits at both rates.
     """
 
     message: str
@@ -167,7 +167,7 @@ def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> Repo
 def _requested(dialect: Dialect, bus: BusRates) -> Iterator[BudgetLine]:
     """Yield what roles that are read by data identifier put on the bus.
 
-    It is a frame each way, or one by itself.
+    A role is a frame each way, or one by itself.
     """
     if dialect.requested is None:
         return

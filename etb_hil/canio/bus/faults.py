@@ -134,7 +134,7 @@ class Corrupted(Fault):
 class Reordered(Fault):
     """Every second frame of an id arrives `delay_ns` late.
 
-    It is behind its successor where that is more than their gap.
+    The frame is behind its successor where that is more than their gap.
     """
 
     delay_ns: int = 0

@@ -77,7 +77,7 @@ class LoadMeter:
     def load(self, now_ns: int) -> tuple[float | None, float | None]:
         """Return the load of the last full window and the highest so far.
 
-        None before the first full window.
+        Both are None before the first full window.
         """
         advance_load(self.bins, now_ns)
         full, peak = int(self.bins[_FULL]), int(self.bins[_PEAK])

@@ -1,6 +1,6 @@
 """One side's access to a bus: frames out and in, and the bus's health.
 
-It is the same whatever the bus is; frames are in columns.
+The interface is the same whatever the bus is; frames are in columns.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class SerialPort(Protocol):
 class ReadAhead:
     """A serial port that takes all that has come in one call; it never waits.
 
-    It hands bytes out one by one.
+    The port hands bytes out one by one.
 
     A call to the system for each of the 22 bytes of a frame costs 0.1 ms, and python-can waits 1 ms in each look that
     finds nothing: too much for 2000 frames a second and a controller that looks every millisecond.

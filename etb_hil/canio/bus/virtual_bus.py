@@ -93,7 +93,7 @@ class VirtualBus(can.BusABC):
     def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002 (python-can's signature)
         """Hand a message to the transmitter.
 
-        It leaves when virtual time passes, so that `timeout` has no meaning.
+        The message leaves when virtual time passes, so that `timeout` has no meaning.
         """
         self._check_open()
         try:

@@ -1,6 +1,6 @@
 """The deterministic CAN bus: the same frames in every run.
 
-It has real frame times and arbitration in virtual time.
+The bus has real frame times and arbitration in virtual time.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class VirtualNetwork:
     def step_to_delivery(self, deadline_ns: int | None) -> None:
         """Move on by one step that passes no delivery unnoticed.
 
-        It goes at most to `deadline_ns` (None: no bound).
+        The clock goes at most to `deadline_ns` (None: no bound).
 
         Nothing happens where no frame is known, no node is attached and no deadline given.
         """

@@ -1,6 +1,6 @@
 """The virtual bus at one instant, as arrays for the compiled kernels.
 
-It has transmit queues, counters and what was sent.
+The state has transmit queues, counters and what was sent.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _NOTHING = {width: FrameBlock.empty(width) for width in (8, 64)}
 class Wire:
     """Ports on a bus of these bit rates (bit/s).
 
-    It knows of bits, queues and counters, not of nodes or sleeping.
+    The wire knows of bits, queues and counters, not of nodes or sleeping.
     """
 
     def __init__(self, bitrate: int, data_bitrate: int, *, fd: bool, start_ns: int) -> None:

@@ -1,4 +1,4 @@
 """What a DBC file and its roles make of frames.
 
-Layouts, protection, commands out, columns and samples in.
+The package holds layouts and protection, writes commands, and reads columns and samples.
 """

@@ -1,6 +1,6 @@
 """One message of a DBC file over columns of payloads.
 
-It is what cantools does, for many frames at once.
+The result is what cantools does, for many frames at once.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class MessageCodec:
     def decode(self, data: NDArray[np.uint8]) -> dict[str, NDArray[np.float64]]:
         """Return each signal's physical values (n) in payloads uint8 (n, w).
 
-        w is at least the message's length.
+        Payloads are at least as wide as the message is long.
 
         A signal that its multiplexer leaves out of a frame is NaN there.
         """

@@ -1,6 +1,6 @@
 """All signals of a DBC file as columns, in numpy alone.
 
-It is for exports and for a look into a log, without compiling.
+This is for exports and for a look into a log, without compiling.
 
 The values are cantools', bit for bit. What judges a unit goes through `decoder.py`, which checks and clocks frames too.
 """

@@ -1,6 +1,6 @@
 """End-to-end protection of frames, by AUTOSAR E2E.
 
-It is profile 2 in 8-byte frames, profile 5 in FD frames.
+The protection is profile 2 in 8-byte frames, profile 5 in FD frames.
 
 Profile 2: byte 0 is a CRC-8 (polynomial 0x2F), the low half of byte 1 an alive counter of 4 bits; the CRC covers the
 bytes from the counter on and one of 16 data ids that the counter picks. Profile 5 (offset 0): bytes 0 and 1 are a
@@ -92,7 +92,7 @@ def verify(data: NDArray[np.uint8], length: int, protection: Protection) -> NDAr
 def _table(polynomial: int, bits: int) -> list[int]:
     """Return the CRC of each byte for a polynomial.
 
-    It has `bits` bits below its leading one, which is part of it.
+    The polynomial has `bits` bits below its leading one, which is part of it.
     """
     table = []
     for byte in range(256):
@@ -113,7 +113,7 @@ _CRC16 = np.array(_table(0x11021, 16), np.uint16)
 def crc_profile_2(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.uint16) -> np.uint8:
     """Return the CRC-8H2F of a payload's bytes from 1 on, then of the data id.
 
-    It starts at 0xFF and is inverted.
+    The CRC starts at 0xFF and is inverted.
     """
     crc = np.uint8(0xFF)
     for index in range(start + 1, start + length):
@@ -125,7 +125,7 @@ def crc_profile_2(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.
 def crc_profile_5(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.uint16) -> np.uint16:
     """Return the CRC-16/CCITT-FALSE of the bytes from 2 on, then of the data id.
 
-    It starts at 0xFFFF; the data id has its low byte first.
+    The CRC starts at 0xFFFF; the data id has its low byte first.
     """
     crc = np.uint16(0xFFFF)
     for index in range(start + 2, start + length):

@@ -1,6 +1,6 @@
 """Which received frames are accepted, in one compiled pass.
 
-It tells when their samples were taken, and how many were lost before.
+The pass tells when their samples were taken, and how many were lost before.
 
 Frames are taken one by one in the order in which they came, with the state of every message kept from call to call, so
 that nothing depends on how a stream was cut into blocks.
@@ -68,7 +68,7 @@ def receive(
 ) -> None:
     """Fill `out` (3, n) with the acceptance of each frame.
 
-    The message's row in `table` or -1, the time of the first sample, the frames lost before.
+    The three are the message's row in `table` or -1, the time of the first sample, and the frames lost before.
     """
     count, width = data.shape
     payloads, places, ids = data.reshape(count * width), counter_places.reshape(-1), data_ids.reshape(-1)
@@ -144,7 +144,7 @@ def _message_of(ident: np.uint32, flag: np.uint8, table: Int64) -> np.int64:
 def _is_due(beside: np.int64, bits: np.int64, interval: np.int64, late: np.int64, tick: np.int64) -> bool:
     """Return whether a counter is at the place that follows.
 
-    It may be whole wraps beside it, where the stamp says which.
+    The counter may be whole wraps beside it, where the stamp says which.
     """
     modulus = np.int64(1) << bits
     return bool(interval > 0 and beside & (modulus - 1) == 0 and 2 * abs(late) < modulus * tick)

@@ -1,6 +1,6 @@
 """What a bench file says of a controller's DBC: roles and protection.
 
-It says which signal has which role, and how each message is protected.
+The map says which signal has which role, and how each message is protected.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SINGLE = re.compile(r"(?P<message>[^.\s]+)\.(?P<signal>[^.\s]+)\Z")
 class RoleSignal(FileModel):
     """The signal that has a role.
 
-    `Message.Signal`, or `Message.Signal0..9` for the samples of a burst.
+    The text is `Message.Signal`, or `Message.Signal0..9` for the samples of a burst.
 
     In a file, a signal that needs no further key is written as the name alone.
     """

@@ -123,7 +123,7 @@ def a_message_each(guesses: list[Proposal]) -> list[Proposal]:
 def words_of(name: str) -> list[str]:
     """Return the words of a signal's name, in lower case.
 
-    It is cut at underscores, capitals and digits.
+    The name is cut at underscores, capitals and digits.
     """
     return [word.lower() for word in re.findall(r"[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ]?[a-zäöüß]+|\d+", name)]
 
@@ -264,7 +264,7 @@ def _guessed_tick(message: Message) -> str:
 def _is_whole_turns(signal: Signal, scale: float) -> bool:
     """Return whether the raw range is a whole number of turns.
 
-    It is an encoder's angle that wraps around.
+    Such a signal is an encoder's angle that wraps around.
     """
     turns = abs(float(signal.scale)) * scale * 2**signal.length / (2.0 * math.pi)
     return round(turns) >= 1 and abs(turns - round(turns)) < 1e-6 * turns
@@ -279,7 +279,7 @@ def _turns(message: Message) -> str:
 def _second_track(found: dict[str, list[Proposal]]) -> None:
     """Take a second signal of the plate's angle for its second track.
 
-    It has the same message and name, and a 2 or B.
+    The second signal has the same message and name, and a 2 or B.
     """
     for first, second in (("throttle_angle", "throttle_angle_2"), ("throttle_position", "throttle_position_2")):
         entries = found.get(first, [])

@@ -251,7 +251,7 @@ def _write_times(
 ) -> None:
     """Write when one message's samples were taken and came.
 
-    It also writes how many are missing before each.
+    The function also writes how many are missing before each.
     """
     for index in range(first, end):
         n = rows[index]

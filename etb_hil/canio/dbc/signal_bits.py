@@ -156,7 +156,7 @@ def decode_rows(
 ) -> None:
     """Fill `out` (s, n) with the values of the signals `wanted` (s) in some rows.
 
-    NaN where multiplexed out.
+    A value is NaN where it is multiplexed out.
     """
     count, width = data.shape
     flat, table, values = data.reshape(count * width), places.reshape(places.size), out.reshape(out.size)

@@ -80,7 +80,7 @@ def is_other_event(line: bytes) -> bool:
 def _time_ns(date: bytes) -> int | None:
     """Return the ns since 1970 of a date as `Sep 30 15:06:13.191 2017`.
 
-    It is in English or German; None of no date.
+    The date is in English or German; None of no date.
     """
     match = _DATE.fullmatch(date.decode("latin-1").strip())
     if not match:

@@ -296,7 +296,7 @@ def _asc_fd(
 def _direction(text: Bytes, at: np.int64, end: np.int64) -> np.int64:
     """Return the flag of `Rx` or `Tx`.
 
-    -1 where it is written in another way, -2 where there is no direction.
+    The result is -1 where it is written in another way, -2 where there is no direction.
     """
     if end - at < 2 or text[at + 1] | 0x20 != 120 or (text[at] | 0x20 != 114 and text[at] | 0x20 != 116):
         return np.int64(-2)
@@ -353,6 +353,6 @@ def _payload(
 def _index(channel: np.int64) -> np.int64:
     """Return a channel of the file, which counts from 1.
 
-    -1 where a column does not hold it.
+    The result is -1 where a column does not hold it.
     """
     return np.int64(max(int(channel) - 1, 0) if channel <= _MAX_CHANNEL else -1)

@@ -1,6 +1,6 @@
 """The raw log, in Vector's Binary Logging Format.
 
-It is written so that a killed process leaves a file that can be read.
+The log is written so that a killed process leaves a file that can be read.
 
 The file starts with its start time, and every flush hands whole containers to the operating system. python-can's
 writer writes the start time at the end and one frame at a time.

@@ -30,7 +30,7 @@ _WORD, _SIZE_WORD = int.from_bytes(SIGNATURE, "little"), 2
 class Objects:
     """Whole objects: where they start, and how far apart if evenly (else 0).
 
-    It also has where the first that is cut off starts.
+    The result also has where the first that is cut off starts.
     """
 
     starts: Offsets

@@ -290,7 +290,7 @@ def _payload_behind(
 ) -> Bytes:
     """Return the payload (n, 64) that follows a CAN_FD_MESSAGE_64.
 
-    It is zero where the object ends before.
+    The payload is zero where the object ends before.
     """
     first = body_at + _FD_64.itemsize
     end = starts + np.where(body["extension"] == 0, size, body["extension"])

@@ -47,7 +47,7 @@ class Gunzip(RawIOBase):
     def readinto(self, buffer: WriteableBuffer, /) -> int:
         """Fill the buffer and return how much came, 0 at the end.
 
-        EOFError, OSError or zlib.error at damage.
+        Raises EOFError, OSError or zlib.error at damage.
         """
         out, filled = memoryview(buffer).cast("B"), 0
         while filled < len(out):

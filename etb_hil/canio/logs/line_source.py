@@ -70,7 +70,7 @@ class LineSource:
     def is_cut(self) -> bool:
         """Return whether the last line was cut off.
 
-        It was left out, or it looks like a frame and was none.
+        The line was left out, or it looks like a frame and was none.
         """
         return self._cut or (self._is_open and self.frame_line != self.line)
 

@@ -58,7 +58,7 @@ class Field:
 class FrameGroup:
     """One kind of frames, with the fields of a record by name.
 
-    It is `CAN_DataFrame` and its like.
+    The kind is `CAN_DataFrame` and its like.
     """
 
     kind: str

@@ -1,6 +1,6 @@
 """Decoded signals as one Parquet file.
 
-It has a row a frame, a column a signal, null where the frame does not carry it.
+The file has a row a frame, a column a signal, null where the frame does not carry it.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ def _own() -> dict[str, Reader]:
 def _of_plugins() -> dict[str, Reader]:
     """Return the readers of plug-ins by suffix.
 
-    InputError where one breaks the contract.
+    Raises InputError where one breaks the contract.
     """
     found: dict[str, Reader] = {}
     for part in parts("readers"):

@@ -85,7 +85,7 @@ def is_plain(text: Bytes, at: np.int64, end: np.int64) -> bool:
 def number(text: Bytes, at: np.int64, end: np.int64, base: np.int64, most: np.int64) -> tuple[np.int64, np.int64]:
     """Return the number of at most so many digits that starts here and where it ends.
 
-    -1 where there is none.
+    The number is -1 where there is none.
     """
     value, place, stop = np.int64(0), np.uint64(at), np.uint64(end)
     while place < stop and DIGIT[text[place]] < base:
@@ -101,7 +101,7 @@ def number(text: Bytes, at: np.int64, end: np.int64, base: np.int64, most: np.in
 def seconds(text: Bytes, at: np.int64, end: np.int64) -> tuple[np.int64, np.int64, bool]:
     """Return seconds with a point in ns, where they end, and whether there are any.
 
-    -1 ns of too many digits.
+    The result is -1 ns where there are too many digits.
     """
     whole, point = number(text, at, end, np.int64(10), np.int64(_WHOLE_DIGITS))
     if point == at or point >= end or text[point] != DOT:

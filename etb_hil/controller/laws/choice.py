@@ -41,7 +41,7 @@ def law_gains(name: str, nominal: ThrottleParameters) -> Vector:
 def _written_out() -> Callable[..., Any]:
     """Return a function that calls our law of a number.
 
-    Of any other number, the law at this address.
+    Any other number is the address of a law.
     """
     passed = "gain, memory, error, rate"
     scope: dict[str, Any] = {"called": called}

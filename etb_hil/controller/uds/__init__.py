@@ -1,4 +1,4 @@
 """UDS as the virtual controller answers it.
 
-Sessions, security access, data, trouble codes, routines, and faults.
+The package has sessions, security access, data, trouble codes, routines and faults.
 """

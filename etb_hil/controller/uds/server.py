@@ -1,6 +1,6 @@
 """The virtual controller's UDS server: frames in and frames out.
 
-It works at control ticks of the controller's own time.
+The server works at control ticks of the controller's own time.
 """
 
 from __future__ import annotations

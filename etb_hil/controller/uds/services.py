@@ -59,7 +59,7 @@ class Refused(Exception):
 class Access:
     """What a tester may do now.
 
-    It has the session, the unlocked security level (0: none), and the seed that waits.
+    The state has the session, the unlocked security level (0: none), and the seed that waits.
     """
 
     session: int = DEFAULT_SESSION
@@ -95,7 +95,7 @@ class Services:
     def answer(self, payload: bytes, now_ns: int) -> bytes | None:
         """Return the positive response to a request, None where it is suppressed.
 
-        Refused otherwise.
+        Raises Refused where the response is negative.
         """
         known: dict[int, Callable[[bytes, int], bytes | None]] = {
             Service.SESSION_CONTROL: self._session_control,

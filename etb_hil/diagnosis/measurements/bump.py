@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 def _bumps(run: Findings) -> Iterator[Estimate]:
     """Yield where friction is locally above the fitted curve, in order of angle.
 
-    It is taken from the columns of the plots. There are no intervals: the mean of a cell stays below the peak in it.
+    The exceedance is taken from the columns of the plots. There are no intervals: the mean of a cell stays below the
+    peak in it.
     """
     series = run.series
     if "point_excess" not in series or not np.any(np.abs(series["point_velocity"]) < FASTEST):

@@ -1,6 +1,6 @@
 """The default position, where springs leave the plate.
 
-It is approached from both sides.
+The plate is approached from both sides.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def _break_away(run: Findings) -> Estimate | None:
     """Return the mean of the break-aways in both directions.
 
-    It is brought to the rest that the limit is stated for.
+    The mean is brought to the rest that the limit is stated for.
     """
     law = run.dwell
     found = break_away_torque(run.broken_away, None if law is None else law.factor)

@@ -1,6 +1,6 @@
 """When a command reached the controller, on the clock of the samples.
 
-It also says how well that is known.
+The result also says how well that is known.
 
 A command has the stamp of its own frame, and a sample that of its own. The clock of the samples is that of their
 frames, less what a frame takes: the time over which its samples were gathered, and its time on the bus. Where commands

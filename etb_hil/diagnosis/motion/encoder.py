@@ -43,7 +43,7 @@ class Encoder:
     def corrected(self, angle: Float64) -> Float64:
         """Return angles (n) of the plate in rad, with the wave of the disc taken off.
 
-        It is a correction by JCGM 100:2008, 3.2.4.
+        The wave is a correction by JCGM 100:2008, 3.2.4.
         """
         return self._less(angle, self.sine, self.cosine)
 

@@ -34,7 +34,7 @@ _DIFFERENCE = "plate_less_encoder"
 def deviation(run: Findings) -> Estimate | None:
     """Return half the range of the difference between the sensors.
 
-    It is that over both directions.
+    The half range is that over both directions.
     """
 
     def ends(profile: Float64) -> Float64:
@@ -113,7 +113,7 @@ def _halves(run: Findings) -> tuple[Bins, Bins] | None:
 def _with_difference(segment: Segment, half: int | None) -> Segment:
     """Return a segment with a column of the difference of the sensors.
 
-    It is from one `half` of the samples that are new, or from all.
+    The difference is from one `half` of the samples that are new, or from all.
     """
     column: Float64 = segment.column("throttle_angle") - segment.column("angle")
     if half is not None:

@@ -1,6 +1,6 @@
 """The springs' torque over the angle.
 
-It is the mean of what opening and closing take at one slow speed.
+The torque is the mean of what opening and closing take at one slow speed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _JUMPED = math.log(100.0) / math.log(3000.0)
 class SpringLine:
     """The spring on one side of limp-home.
 
-    It has its torque there in N·m and its slope in N·m/rad.
+    The spring has its torque there in N·m and its slope in N·m/rad.
     """
 
     torque: Estimate

@@ -61,8 +61,8 @@ def calibrate(
 ) -> Calibration:
     """Fit base parameters within their tolerances, and the nuisances.
 
-    It starts at `begin` where given. `unknowns`: what is fitted instead, such as an effect's parameters, too. `first`:
-    a Jacobian from nearby.
+    The fit starts at `begin` where given. `unknowns`: what is fitted instead, such as an effect's parameters, too.
+    `first`: a Jacobian from nearby.
     """
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)

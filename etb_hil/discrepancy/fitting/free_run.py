@@ -26,7 +26,7 @@ STEP_S = 0.01  # of the one-step error
 def starts(b: Balances, p: Vector) -> Float64:
     """Return the model's state (segments, states) at the start of each segment.
 
-    It is led there along the measured motion: bristles and temperatures at the start of a segment come from what
+    The state is led there along the measured motion: bristles and temperatures at the start of a segment come from what
     happened before.
     """
     samples = round(SEGMENT_S * b.measured.rate)

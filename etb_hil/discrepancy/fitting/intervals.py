@@ -62,7 +62,7 @@ class Estimate:
 def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floor: NoiseFloor) -> list[Estimate]:
     """Return every unknown of a fit with its interval.
 
-    It is a sandwich over blocks, widened by what bounds hold back.
+    The interval is a sandwich over blocks, widened by what bounds hold back.
     """
     missed = _missed(noise_floor)
     count = max(b.measured.angle_noise for b in balances) * np.sqrt(12.0)

@@ -28,9 +28,9 @@ _ZERO = 0.01  # rad of the plate sensor
 class Unknown:
     """A number that is fitted: `value = centre + scale * x` with `low <= x <= high`.
 
-    It is at `place` of the whole vector (extended parameters, then nuisances); the number at `tied` moves with it in
-    proportion. `step` is x's step for a difference. `is_known`: it was measured at the bench, so that it is collinear
-    with nothing and is no candidate; its box is that measurement's uncertainty.
+    The number is at `place` of the whole vector (extended parameters, then nuisances); the number at `tied` moves with
+    it in proportion. `step` is x's step for a difference. `is_known`: it was measured at the bench, so that it is
+    collinear with nothing and is no candidate; its box is that measurement's uncertainty.
     """
 
     name: str

@@ -23,9 +23,9 @@ _STANDS_FOR_IT = "the plate sensor stands for it, and what lies between them is 
 class Angles:
     """The angle (n) of a motion with its noise (rms), and a second angle (n).
 
-    All in rad at the throttle shaft. The second one is the plate's, behind backlash and compliance. `is_plates`: the
-    first is the plate sensor's, and there is no second; `encoder` (n) is then the motor's, where it has one that is too
-    coarse for a motion.
+    All are in rad at the throttle shaft. The second one is the plate's, behind backlash and compliance. `is_plates`:
+    the first is the plate sensor's, and there is no second; `encoder` (n) is then the motor's, where it has one that is
+    too coarse for a motion.
     """
 
     angle: Float64

@@ -19,8 +19,8 @@ _GAUSS = 0.6745  # median of the absolute value of a normal variable
 def without_noise(voltage: Float64, noise: float, rate: float) -> Float64:
     """Return a voltage (n, V) with averaged noise and sharp edges.
 
-    It is a sigma filter (Lee 1983). `noise`: the rms of the data sheet in V; if the samples show less, that counts. In
-    a simulation driven by a voltmeter's noise the bristles creep, which those of the real plate do not.
+    The filter is a sigma filter (Lee 1983). `noise`: the rms of the data sheet in V; if the samples show less, that
+    counts. In a simulation driven by a voltmeter's noise the bristles creep, which those of the real plate do not.
     """
     shown = float(np.median(np.abs(np.diff(voltage)))) / (_GAUSS * np.sqrt(2.0)) if len(voltage) > 1 else 0.0
     reach = _SAME * min(noise, shown)

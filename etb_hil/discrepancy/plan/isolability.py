@@ -96,7 +96,7 @@ def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Floa
 def combined(parts: Sequence[Sensitivities]) -> Sensitivities:
     """Return the sensitivities of several motions as one record.
 
-    It has the effects that all of them can judge.
+    The record has the effects that all of them can judge.
     """
     shared = [id_ for id_ in parts[0].effects if all(id_ in part.effects for part in parts)]
     return Sensitivities(

@@ -53,7 +53,7 @@ class Plan:
 def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7) -> Balances:
     """Return the balances of a plan's record if extended parameters `p` were true.
 
-    It has the sensors and the rate of `like`; a PD law with static feed-forward of the model follows the plan.
+    The record has the sensors and the rate of `like`; a PD law with static feed-forward of the model follows the plan.
     """
     m = like.measured
     samples = np.empty((round(len(plan.mode) * PERIOD * m.rate), 4))

@@ -18,8 +18,8 @@ from etb_hil.plant.effects.port import Port
 def consider_force_scale(findings: Findings) -> None:
     """Add the force's scale to a drive's ambiguity groups where it fits as well.
 
-    It is tried in place of all causes, then of the parametric faults alone, with every parameter in its tolerance. A
-    throttle's voltage balance identifies the current's scale; in a drive only the tolerances do.
+    The scale is tried in place of all causes, then of the parametric faults alone, with every parameter in its
+    tolerance. A throttle's voltage balance identifies the current's scale; in a drive only the tolerances do.
     """
     if not findings.balances[0].measured.is_drive:
         return

@@ -87,7 +87,7 @@ def is_slow(recording: Recording) -> bool:
 def slow_remark(recording: Recording) -> str:
     """Say that a recording is too slow to name causes; empty if it is not.
 
-    It also says whether its time may be in another unit.
+    The remark also says whether its time may be in another unit.
     """
     if not is_slow(recording):
         return ""

@@ -1,6 +1,6 @@
 """The observer that knows LuGre friction: an extended Kalman filter.
 
-It adapts its own parameters.
+The observer adapts its own parameters.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _spread(p: Float64, half: Float64) -> Float64:
 def _bounds(p: Float64, half: Float64) -> tuple[Float64, Float64]:
     """Return what parameters stay between; T_c comes last.
 
-    It is their tolerances, and for those of friction a wide factor.
+    The range is their tolerances, and for those of friction a wide factor.
 
     T_c and T_st end where the motor cannot move the plate: nothing shows friction that is higher.
     """

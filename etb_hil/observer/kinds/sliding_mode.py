@@ -48,7 +48,7 @@ _NO_STEP = -(2**62)  # ns: none that ever comes
 class _VelocityObserver:
     """What the two sliding-mode observers have in common.
 
-    It is all but the law that drives the observed velocity to the measured one.
+    The common part is all but the law that drives the observed velocity to the measured one.
     """
 
     _switches: bool | None
@@ -66,7 +66,7 @@ class _VelocityObserver:
     ) -> FrictionEstimate:
         """Take samples, with the velocity (n) in rad/s where one is measured.
 
-        See `Observer.push`.
+        `Observer.push` gives the details.
         """
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
@@ -89,7 +89,7 @@ class SlidingModeObserver(_VelocityObserver):
 class ImplicitSlidingModeObserver(_VelocityObserver):
     """The same with the sign taken at the end of the step.
 
-    It is a projection (Acary and Brogliato 2010), and does not chatter.
+    The step is a projection (Acary and Brogliato 2010), and does not chatter.
 
     Noise of the velocity passes as J / step, up to M.
     """
@@ -122,7 +122,7 @@ def _hold(switches: bool | None, error: float, free: float, strongest: float) ->
 def _known(current: Float64, angle: Float64, p: Float64, torque: Float64) -> None:
     """Fill in half the motor's torque less the springs', in N·m.
 
-    It waits for no other sample, so that several are done at a time.
+    This pass waits for no other sample, so that several are done at a time.
     """
     half_per_ampere, values = 0.5 * p[TORQUE_PER_AMPERE], registers(p)
     for k in range(len(angle)):
@@ -135,9 +135,10 @@ def _choose(
 ) -> tuple[float, ...]:
     """Choose gains for a bound in N·m and for the step; return what hangs on them.
 
-    The delay in ns; the filter's shares, and what it takes of the velocity that holds; the velocity that a torque of
-    1 N·m gives in a step, and the one that M gives; the units of velocities in rad/s and of angles in 1/rad; how many
-    of the new units the former ones are, of angles and velocities: one, to the bit, where they have not changed.
+    They are the delay in ns; the filter's shares, and what it takes of the velocity that holds; the velocity that a
+    torque of 1 N·m gives in a step, and the one that M gives; the units of velocities in rad/s and of angles in 1/rad;
+    how many of the new units the former ones are, of angles and velocities: one, to the bit, where they have not
+    changed.
     """
     s[_CHOSEN_FOR] = followed(bound, s[_CHOSEN_FOR])
     dt, chosen_for, per_inertia = s[_STEP], s[_CHOSEN_FOR], 1.0 / p[INERTIA]

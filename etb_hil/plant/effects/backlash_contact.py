@@ -17,7 +17,7 @@ _CLOSE = 2e-9  # rad
 def _short(x: float, theta: float, omega: float, swing: float, p: Vector) -> float:
     """Return by how many rad the motor angle is too large under a plate at x.
 
-    It grows by no less than x does.
+    The error grows by no less than x does.
     """
     return x + ports.lead(ports.elastic_torque(x, omega, p) + swing, p) - theta
 

@@ -32,7 +32,7 @@ def port_arguments(port: Port) -> tuple[str, ...]:
 def composed(port: Port, effects: Iterable[Effect], *, is_open: bool = False) -> Made:
     """Return a compiled function that takes in all terms at a port.
 
-    It is (value, quantities, states, parameters) -> value.
+    The function is (value, quantities, states, parameters) -> value.
 
     Beside the first value and `p`, the extended vector, it takes the port's quantities and, where its terms may have
     states, `slow`. An exclusive term takes the value's place where any strength is not zero. `is_open`: it takes in
@@ -116,7 +116,7 @@ def sensor_steps(effects: Iterable[Effect], port: Port, begins: Mapping[str, int
 def sensed(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> Made:
     """Return a compiled function that reads a sensor with memory.
 
-    It is (value, memory, parameters) -> reading.
+    The function is (value, memory, parameters) -> reading.
     """
     scope: dict[str, Any] = {}
     lines = []
@@ -131,7 +131,7 @@ def sensed(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> 
 def outside_at(*indices: int) -> Made:
     """Return a function that tells whether effects from outside are in the table.
 
-    It is () -> bool, and looks at some places.
+    The function is () -> bool, and looks at some places.
     """
     asked = " or ".join(f"is_there({index})" for index in indices)
     return _made("outside_at", (), [f"return {asked}"], {"is_there": is_there})

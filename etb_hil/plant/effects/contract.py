@@ -38,7 +38,7 @@ _RANGES = {
 def misstatements(effect: Effect, others: Mapping[str, Effect]) -> list[str]:
     """Return what is wrong with a declaration, in sentences; compile nothing.
 
-    It stands beside the other effects.
+    The declaration stands beside the other effects.
     """
     if not effect.id.isidentifier() or effect.id != effect.id.lower():
         return [f"the id of an effect is a name in lower case with underscores (it is {effect.id!r})"]

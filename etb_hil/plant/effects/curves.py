@@ -14,7 +14,7 @@ _SINE = 1e-6  # a pointedness below it is none
 def bell(x: float, steepness: float, tail: float) -> float:
     """Return a curve that is one at 0 and falls with abs(x).
 
-    It is (1 + t y)^(-1/t), y = abs(x)^m (Tsallis 1988).
+    The curve is (1 + t y)^(-1/t), y = abs(x)^m (Tsallis 1988).
 
     A tail t of 0 is exp(-y), a bell with m = 2; 1 with m = 2 is Lorentz' curve. Below 0 the curve ends at a place: -1
     with m = 1 is a triangle.
@@ -30,7 +30,7 @@ def bell(x: float, steepness: float, tail: float) -> float:
 def halved(x: float, steepness: float, tail: float) -> float:
     """Return the same curve over half its width.
 
-    It is a half at 1 whatever its steepness and its tail.
+    The curve is a half at 1 whatever its steepness and its tail.
     """
     half = math.log(2.0) if abs(tail) < _EXPONENTIAL else (2.0**tail - 1.0) / tail
     return bell(x * half ** (1.0 / steepness), steepness, tail)
@@ -40,7 +40,7 @@ def halved(x: float, steepness: float, tail: float) -> float:
 def side(x: float, lag: float) -> float:
     """Return an odd curve from -1 to 1.
 
-    It is tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, a line cut off with -1.
+    The curve is tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, a line cut off with -1.
 
     Cubic in the lag between them, nearly in proportion above 0: without a bend at 0 a fit finds either way from there.
     """
@@ -56,7 +56,7 @@ def side(x: float, lag: float) -> float:
 def pointed(sine: float, pointedness: float) -> float:
     """Return a sine from -1 to 1 as another wave.
 
-    It is a triangle with a pointedness of 1, and below 0 ever flatter on top.
+    The wave is a triangle with a pointedness of 1, and below 0 ever flatter on top.
     """
     if abs(pointedness) < _SINE:
         return sine
@@ -70,7 +70,7 @@ def pointed(sine: float, pointedness: float) -> float:
 def wave(phase: float, sine: float, cosine: float, pointedness: float, sine_2: float, cosine_2: float) -> float:
     """Return a wave at a phase in rad.
 
-    It has sizes of sine and cosine (not both 0), a form, and sizes of the double order.
+    The wave has sizes of sine and cosine (not both 0), a form, and sizes of the double order.
     """
     s, c = math.sin(phase), math.cos(phase)
     found = sine * s + cosine * c

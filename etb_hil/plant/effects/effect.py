@@ -1,6 +1,6 @@
 """The declaration of an effect: equation, parameters, terms and states.
 
-It also says what is known of the effect in practice.
+The declaration also says what is known of the effect in practice.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class SensorMemory:
 class Law:
     """A law over the temperature in a model file that an effect obeys.
 
-    It is that of the first of its `parameters`.
+    The law is that of the first of its `parameters`.
 
     A coefficient of `per_kelvin` (1/K) is a `strength` of 1. What lags behind the housing's temperature is set by the
     shape `lag`, if there is one.

@@ -22,7 +22,7 @@ def torque(
 ) -> float:
     """Return the torque in N·m at an angle and a velocity.
 
-    It is positive where it closes the plate; a layer never pulls.
+    The torque is positive where it closes the plate; a layer never pulls.
     """
     if upper_stiffness == 0.0 and lower_stiffness == 0.0:
         return 0.0

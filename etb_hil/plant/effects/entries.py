@@ -1,6 +1,6 @@
 """The `effects` list of a model file, to and from the extended vector.
 
-It has ids and strengths.
+An entry has ids and strengths.
 """
 
 from __future__ import annotations

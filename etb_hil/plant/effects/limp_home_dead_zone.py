@@ -23,7 +23,7 @@ def springs(
 ) -> float:
     """Return the springs' torque in N·m at an angle in rad, with this zone.
 
-    It is positive where it closes the plate.
+    The torque is positive where it closes the plate.
     """
     x = theta - limp_home
     distance = abs(x)

@@ -1,6 +1,6 @@
 """The way of effects from outside into compiled code.
 
-It is a table of function addresses, one for each port.
+The way is a table of function addresses, one for each port.
 
 Kernels hold the name of the table, not what stands in it. They are compiled and cached once, whichever effects come
 later; an address of 0 is no effect, and costs them one comparison.
@@ -48,7 +48,7 @@ def is_there(typing_context: Any, index: Any) -> Any:  # noqa: ARG001 (Numba's f
 def outside(typing_context: Any, index: Any, value: Any, quantities: Any, slow: Any, p: Any) -> Any:  # noqa: ARG001
     """Return a value as the function at an index of the table changes it.
 
-    It stays as it is where there is none.
+    The value stays as it is where there is none.
 
     The function takes the value, a tuple of quantities, the slow states and the parameters. That it may be missing is
     seen by the machine code alone: a branch that Numba sees makes it count references to the arrays, at twice the time.

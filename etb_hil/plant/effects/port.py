@@ -22,7 +22,7 @@ class Combine(Enum):
 class Port(Enum):
     """A place in the equations: what a term there is, and its unit.
 
-    It also has quantities, and how several terms combine.
+    The port also has quantities, and how several terms combine.
 
     `asks`: the quantities that a term may take as arguments, beside parameters. `has_states`: it may take its effect's
     states, too. All angles, velocities and torques are at the throttle shaft, in SI; a positive

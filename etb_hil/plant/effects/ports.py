@@ -173,7 +173,7 @@ def lead(load: float, p: Vector) -> float:
 def elastic_torque(plate: float, omega: float, p: Vector) -> float:
     """Return the torque in N·m of springs, stops and what else acts on the plate.
 
-    It is positive where it closes the plate.
+    The torque is positive where it closes the plate.
     """
     springs = _springs(spring_torque(plate, p), plate, p)
     return _plate_torque(_spring_torque(springs + stop_torque(plate, omega, p), plate, p), plate, omega, p)
@@ -183,7 +183,7 @@ def elastic_torque(plate: float, omega: float, p: Vector) -> float:
 def motor_torque(theta: float, p: Vector) -> float:
     """Return the torque in N·m on the motor that stores energy.
 
-    It gives the energy back; it is at the throttle shaft.
+    The torque gives the energy back; it is at the throttle shaft.
     """
     return _motor_torque(0.0, theta, p)
 
@@ -192,7 +192,7 @@ def motor_torque(theta: float, p: Vector) -> float:
 def motor_drag(theta: float, omega: float, slow: Vector, p: Vector) -> float:
     """Return the torque in N·m that brakes the motor besides LuGre friction.
 
-    It is at the throttle shaft.
+    The torque is at the throttle shaft.
     """
     return _drag_torque(_motor_torque(0.0, theta, p), theta, omega, slow, p)
 
@@ -203,7 +203,7 @@ def friction_level(
 ) -> float:
     """Return g in N·m, the friction of steady sliding, with what changes it.
 
-    It is without viscosity (seed paper, eq. 2).
+    The friction is without viscosity (seed paper, eq. 2).
     """
     x = omega / p[STRIBECK_VELOCITY]
     surplus = max(p[STICTION] - p[COULOMB], 0.0) * _stribeck_peak(math.exp(-x * x), omega, p)

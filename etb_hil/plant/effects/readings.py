@@ -74,7 +74,7 @@ def late_by(p: Vector) -> tuple[float, float]:
 def lateness(s: NDArray[np.complex128], p: Vector) -> NDArray[np.complex128] | None:
     """Return the measured current's spectrum over the true one's.
 
-    It is taken at s = j omega; None where nothing is late.
+    The ratio is taken at s = j omega; None where nothing is late.
     """
     delay, lag = late_by(p)
     if delay == 0.0 and lag == 0.0:

@@ -1,6 +1,6 @@
 """What sensors' effects make of the plant, tick by tick, compiled.
 
-It is for simulations that run on.
+The sensing is for simulations that run on.
 
 Memory: the plate and the current as last seen, and behind them what each sensor remembers.
 """
@@ -41,7 +41,7 @@ def is_there(p: Vector) -> bool:
 def new_sensing(plate: float) -> Vector:
     """Return the memory of sensors on a throttle at rest at an angle in rad.
 
-    It is float64 (`SENSING`).
+    The memory is float64 (`SENSING`).
     """
     memory = np.zeros(SENSING)
     memory[_SEEN] = plate

@@ -9,7 +9,7 @@ from etb_hil.plant.effects.port import Port
 def torque(theta: float, preload: float, limp_home: float, dead_zone: float) -> float:
     """Return the torque in N·m that brakes opening at an angle.
 
-    It is smoothed over the dead zone as the springs' own.
+    The torque is smoothed over the dead zone as the springs' own.
     """
     if preload == 0.0:
         return 0.0

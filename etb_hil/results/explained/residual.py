@@ -12,7 +12,7 @@ from etb_hil.results.explained.causes import Interval
 class BalanceResidual:
     """The residual of a balance over its noise floor, in a regime.
 
-    It is given for the calibrated model and for the extended one.
+    The ratio is given for the calibrated model and for the extended one.
     """
 
     calibrated_over_noise_floor: float

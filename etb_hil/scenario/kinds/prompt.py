@@ -53,7 +53,7 @@ class PromptPhase(PhaseModel):
     def takes(self, text: str) -> bool:
         """Return whether an operator may enter this text.
 
-        It is printable, and neither empty nor too long.
+        Such a text is printable, and neither empty nor too long.
         """
         return self.entry == "text" and text.isprintable() and 0 < len(text.strip()) <= LONGEST_TEXT
 
