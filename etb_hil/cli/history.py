@@ -29,7 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the history of each part; write tables and plots into a named folder."""
     from etb_hil.api.past import history as history_of
-    from etb_hil.report.history_text import history_text
 
     past = history_of(
         options.sources,
@@ -39,6 +38,8 @@ def run(options: argparse.Namespace) -> int:
         until=options.until,
         latest=None if options.latest is None else max(options.latest, 1),
     )
+    from etb_hil.report.history_text import history_text  # after `history_of`, which says what is not installed
+
     found = past.parts
     for history in found:
         print(history_text(history, max(options.rows, 1)))

@@ -26,11 +26,13 @@ def run(options: argparse.Namespace) -> int:
 
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.files import make_folder, write_text
+    from etb_hil.base.nearest import did_you_mean
     from etb_hil.cli.file_kinds import KINDS, file_schema
 
     kinds = [*KINDS, *_WRITTEN]
     if options.kind is not None and options.kind not in kinds:
-        raise InputError(Problem("no such kind of file", value=options.kind, allowed=", ".join(kinds)))
+        meant = did_you_mean(options.kind, kinds)
+        raise InputError(Problem("no such kind of file", value=options.kind, allowed=", ".join(kinds), remedy=meant))
     if options.kind is None and options.out is None:
         print("\n".join(kinds))
         return 0

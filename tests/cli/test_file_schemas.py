@@ -65,3 +65,8 @@ def test_the_command_lists_prints_and_writes(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["schema", "--help"])
     assert not set(listed) - set(re.findall(r"\w+", capsys.readouterr().out))
+
+
+def test_a_mistyped_kind_is_answered_with_the_nearest(capsys):
+    assert main(["schema", "explanatoin"]) == 2
+    assert "did you mean 'explanation'?" in capsys.readouterr().err

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 
 import made_up
 import numpy as np
@@ -179,3 +181,9 @@ def test_a_serial_number_is_no_formula(tmp_path, serial, written):
     write_tables(histories([made_up.run(1, serial, 0.17)]), tmp_path)
     with (tmp_path / "history.csv").open(encoding="utf-8", newline="") as file:
         assert next(csv.DictReader(file))["serial"] == written
+
+
+def test_without_scipy_the_command_says_how_to_get_it(tmp_path):
+    code = "import sys; sys.modules['scipy'] = None; from etb_hil.cli.main import main; sys.exit(main(['history']))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "scipy is not installed; pip install 'etb-hil[history]'\n")

@@ -15,7 +15,7 @@ from etb_hil.histories.drift import deviations, drifts
 from etb_hil.histories.gauge import balanced, gauge_study
 from etb_hil.histories.history import histories
 from etb_hil.histories.tables import rows
-from etb_hil.histories.temperature import MOST_DOUBT, REFERENCE, unit_laws
+from etb_hil.histories.temperature import MOST_UNCERTAINTY, REFERENCE, unit_laws
 from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.report.history_text import history_text
 
@@ -231,16 +231,16 @@ def test_a_reading_brought_to_another_temperature_is_as_unsure_as_the_law():
     values, warmth = 0.17 * np.exp(0.004 * rng.standard_normal(8)), np.tile([20.0, 28.0], 4)
     effect = unit_laws(values, warmth, [f"u{k // 2}" for k in range(8)]).together()
     half = 0.5 * (effect.high - effect.low)
-    assert effect.doubt(-8.0) == pytest.approx(8.0 * half)
+    assert effect.uncertainty(-8.0) == pytest.approx(8.0 * half)
     assert np.isnan(effect.taken_out(values[:1], np.array([70.0]))[0])  # far beyond what was seen
-    far = REFERENCE - 1.01 * MOST_DOUBT / half
+    far = REFERENCE - 1.01 * MOST_UNCERTAINTY / half
     assert np.isnan(replace(effect, coldest=far, warmest=20.0).taken_out(values[:1], np.array([far]))[0])
     runs = made_up.production(6, 12, coefficient=-0.004, warm=40.0, noise=0.002)
     number = histories(runs)[0].numbers[0]
-    assert number.doubt == pytest.approx(
-        number.compared * number.temperature.doubt([r.temperature - 20.0 for r in runs])
+    assert number.uncertainty == pytest.approx(
+        number.compared * number.temperature.uncertainty([r.temperature - 20.0 for r in runs])
     )
-    for row, value, doubt in zip(rows(histories(runs)), number.compared, number.doubt, strict=True):
+    for row, value, doubt in zip(rows(histories(runs)), number.compared, number.uncertainty, strict=True):
         assert row["T_st_20_degC_high"] == pytest.approx(value + np.hypot(0.004, doubt))
         assert row["T_st_20_degC_low"] == pytest.approx(value - np.hypot(0.004, doubt))
 

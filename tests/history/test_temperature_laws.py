@@ -82,7 +82,7 @@ def test_a_law_takes_out_what_it_says():
     expected = [2.0 * math.exp(0.004 * (at - 20.0)) for at in (5.0, 20.0, 30.0, 45.0)]
     assert found[1:5].tolist() == pytest.approx(expected)
     assert np.isnan(found[[0, 5]]).all()
-    assert effect.doubt(np.array([-10.0, 4.0])).tolist() == pytest.approx([0.005, 0.002])
+    assert effect.uncertainty(np.array([-10.0, 4.0])).tolist() == pytest.approx([0.005, 0.002])
 
 
 def test_a_law_carries_as_far_as_it_leaves_no_more_than_a_fortieth_unsure():
