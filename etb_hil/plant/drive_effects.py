@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from etb_hil.base.errors import Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.quantity import tidy_unit
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import EffectParameter
@@ -28,12 +29,14 @@ def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: b
 def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Problem:
     effect = CATALOGUE.get(entry.id)
     if effect is None:
-        return Problem("unknown effect", value=entry.id, allowed=", ".join(CATALOGUE))
+        meant = did_you_mean(entry.id, CATALOGUE)
+        return Problem("unknown effect", value=entry.id, allowed=", ".join(CATALOGUE), remedy=meant)
     known = {parameter.name: parameter for parameter in effect.stated}
     found: dict[str, str | float] = {}
     for name, value in entry.strengths.items():
         if name not in known:
-            return Problem(f"{entry.id} has no such parameter", value=name, allowed=", ".join(known))
+            meant = did_you_mean(name, known)
+            return Problem(f"{entry.id} has no such parameter", value=name, allowed=", ".join(known), remedy=meant)
         parameter = known[name]
         unit = unit_for(parameter, is_linear=is_linear)
         number, _, its = str(value).partition(" ")

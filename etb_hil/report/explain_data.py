@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from etb_hil.report.explain_values import words
+from etb_hil.report.explain_values import scale, words
 from etb_hil.results.explained.models import JudgedMeasurement
 from etb_hil.results.explained.residual import DataQuality
 from etb_hil.results.explanation import ExplanationResult
@@ -51,21 +51,28 @@ def quality_row(one: DataQuality | str) -> dict[str, Any]:
     }
 
 
+def detection_rows(found: ExplanationResult) -> list[dict[str, str]]:
+    """Return the smallest strength of each effect that these data detect."""
+    rows = []
+    for name, one in sorted(found.detection_limits.items()):
+        if one.limit is not None:
+            times, unit = scale((), one.unit)
+            limit = f"{times * one.limit:.2g} {unit}".removesuffix(" 1")
+            rows.append({"name": words(name), "limit": limit, "parameter": words(one.parameter)})
+    return rows
+
+
 def detection_text(found: ExplanationResult) -> str:
-    """Return the smallest effects that these data detect, and those that they cannot."""
+    """Return in which range detection limits hold, and which effects have none."""
     limits = dict(sorted(found.detection_limits.items()))
-    seen = ", ".join(
-        f"{words(name)} from {one.limit:.2g}{'' if one.unit == '1' else ' ' + one.unit} ({one.parameter})"
-        for name, one in limits.items()
-        if one.limit is not None
-    )
+    seen = any(one.limit is not None for one in limits.values())
     unseen = ", ".join(words(name) for name, one in limits.items() if one.judged and not one.within_bounds)
     others = ", ".join(f"{words(name)} ({one.text})" for name, one in limits.items() if not one.judged)
-    sentences = [f"Smallest effects that these data detect: {seen}." if seen else ""]
+    sentences = []
     of_place = [name for name, one in limits.items() if one.valid_range]
     if of_place:
         its = ", ".join(map(words, of_place))
-        sentences.append(f"These hold where the record went ({limits[of_place[0]].valid_range}) alone: {its}.")
+        sentences.append(f"These hold only in the range of this motion, {limits[of_place[0]].valid_range}: {its}.")
     sentences.append(f"These data cannot detect: {unseen}." if unseen else "")
     sentences.append(f"Not judged: {others}." if others else "")
     if seen and found.verdict == "unexplained":

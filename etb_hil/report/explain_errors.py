@@ -55,8 +55,11 @@ def gain_text(found: ExplanationResult) -> str:
 
 def _less(gain: Gain) -> str:
     """Return by how much something errs less, or more, with the interval."""
-    low, high = (_by(end) for end in gain.interval)
-    return f"{_by(gain.value)} ({low} to {high})"
+    low, high = gain.interval
+    if low * high <= 0.0:
+        return f"{_by(gain.value)} ({_by(low)} to {_by(high)})"
+    least, most = sorted(abs(100.0 * end) for end in gain.interval)
+    return f"{_by(gain.value)} ({least:.0f} to {most:.0f} %)"
 
 
 def _by(gain: float) -> str:

@@ -16,7 +16,7 @@ from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.report import explain_plots
 from etb_hil.report.drawing import figure_of, save_png
 from etb_hil.report.explain_causes import candidate_row, cause_rows, is_refitted, model_file_text, moved_parameters
-from etb_hil.report.explain_data import detection_text, friction_rows, judged_sentences, quality_row
+from etb_hil.report.explain_data import detection_rows, detection_text, friction_rows, judged_sentences, quality_row
 from etb_hil.report.explain_errors import CALLED, error_rows, gain_text, run_rows, shown_models, variance_text
 from etb_hil.report.explain_next_test import next_test_text
 from etb_hil.report.explain_verdict import TONES, further_sentences, named_causes, reason
@@ -84,6 +84,7 @@ def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]], folder: Pat
         friction=friction_rows(found),
         judged=judged_sentences(found),
         quality=[quality_row(one) for one in found.data_quality],
+        smallest=detection_rows(found),
         limits=detection_text(found),
         written=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
         version=__version__,

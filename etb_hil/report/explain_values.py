@@ -26,8 +26,8 @@ def words(id_: str) -> str:
 
 def scale(values: Iterable[float], unit: str) -> tuple[float, str]:
     """Return the factor of numbers that stand together, and their unit with it."""
-    if unit in {"rad", "rad/s"}:
-        return math.degrees(1.0), unit.replace("rad", "deg")
+    if unit == "rad" or unit.startswith("rad/"):
+        return math.degrees(1.0), unit.replace("rad", "deg", 1)
     return (1e3, "mm") if unit == "m" and max(values, default=1.0) < _SMALL else (1.0, unit)
 
 

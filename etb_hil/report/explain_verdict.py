@@ -43,7 +43,7 @@ def named_causes(found: ExplanationResult) -> str:
     for one in found.causes:
         groups.setdefault(one.not_isolable_from, []).append(words(one.id))
     names = "; ".join(" or ".join((" and ".join(ids), *map(words, others))) for others, ids in groups.items())
-    return f"{one_component(found)} {names[:1].upper()}{names[1:]}.".lstrip()
+    return f"{one_component(found)} {_capital(names)}.".lstrip()
 
 
 def one_component(found: ExplanationResult) -> str:
@@ -67,22 +67,26 @@ def further_sentences(found: ExplanationResult) -> list[str]:
     sentences = []
     if found.interrupted:
         sentences.append(f"It was interrupted while {words(found.interrupted)}; the answer is what was known then.")
-        sentences.append(f"{found.stages[0].upper()}{found.stages[1:]}.")
+        sentences.append(f"{_capital(found.stages)}.")
     sentences += filter(None, [residual_text(found)])
     sentences += [
         f"Residual of the {one.balance} balance, {one.regime}: {one.rms_over_noise_floor:.1f} times its noise floor."
         for one in found.unexplained.where[:3]
     ]
     for says in filter(None, (found.unexplained.text, found.errors.text if found.errors else "")):
-        sentences.append(f"{says[0].upper()}{says[1:]}.")
+        sentences.append(f"{_capital(says)}.")
     if known := [_known(one) for one in found.measured]:
         sentences.append(f"Measured at the bench, and so no candidate: {'; '.join(known)}.")
     sentences += [
         f"{one.recording} distinguishes {words(one.cause)} from {', '.join(map(words, one.isolated_from))}."
         for one in found.isolations
     ]
-    sentences += [f"{one.cause} in {one.recording}: {one.text}." for one in found.transfer]
+    sentences += [f"{_capital(words(one.cause))} in {one.recording}: {one.text}." for one in found.transfer]
     return sentences + [f"{one.conditions}: {one.text}" for one in found.confounded]
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _known(one: MeasuredParameter) -> str:

@@ -109,7 +109,7 @@ def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
         assert limits[id_]["text"].endswith(f"only where the record went: {went}")
     found = {"verdict": "adequate", "causes": [], "confounded": [], "data_quality": [], "detection_limits": limits}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
-    assert f"These hold where the record went ({went}) alone: " in page
+    assert f"These hold only in the range of this motion, {went}: " in page
     measured = findings.balances[0].measured
     as_linear = SimpleNamespace(balances=[SimpleNamespace(measured=replace(measured, is_linear=True))])
     assert where_it_went(as_linear) == "0.199 to 1.28 m"

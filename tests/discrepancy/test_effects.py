@@ -198,7 +198,9 @@ def test_it_survives_a_model_file(effect):
 
 def test_wrong_entries_are_refused_with_what_is_allowed():
     assert "unknown effect" in str(problem_of("no_such", {}))
+    assert str(problem_of("brushdrop", {})).endswith("did you mean 'brush_drop'?")
     assert "has no such parameter" in str(problem_of("brush_drop", {"drops": "1 V"}))
+    assert str(problem_of("brush_drop", {"drops": "1 V"})).endswith("did you mean 'drop'?")
     assert "its unit is V" in str(problem_of("brush_drop", {"drop": "1 A"}))
     assert "out of its range" in str(problem_of("brush_drop", {"drop": "30 V"}))
 

@@ -95,11 +95,10 @@ def test_of_the_asymmetry_no_more_is_said_than_the_test_file_carries(answer):
     assert errors["unit"] == "m"
     assert 0.005 < errors["without_cause"] < errors["with_cause"] < 0.015
     without, with_it = (f"{1e3 * errors[kind]:.3g} mm" for kind in ("without_cause", "with_cause"))
-    assert asymmetry["text"].startswith(
-        f"takes {100 * asymmetry['explained_share']:.0f} % of what the balances leave there"
-    )
-    assert asymmetry["text"].endswith(f"errs by {with_it} with it and by {without} without it")
-    assert ripple["text"].endswith("less than 2 % of what the balances leave there: it is not carried over")
+    share = 100 * asymmetry["explained_share"]
+    assert asymmetry["text"].startswith(f"it explains {share:.0f} % of the residual there")
+    assert asymmetry["text"].endswith(f"{with_it} with it and {without} without it")
+    assert ripple["text"].endswith("less than 2 % of the residual there and is not carried over")
 
 
 @pytest.mark.study

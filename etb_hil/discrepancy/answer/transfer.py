@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -66,7 +67,8 @@ def _free_run(other: Balances, whole: Vector) -> float:
 
 def _said(gain: float, without: float, with_its: float, unit: str) -> str:
     if gain <= CARRIES:
-        return f"takes less than {100.0 * CARRIES:g} % of what the balances leave there: it is not carried over"
-    taken = f"takes {100.0 * gain:.0f} % of what the balances leave there, the base parameters fitted to that recording"
-    freely = "by the first recording's numbers alone one free run over all of it errs by"
-    return f"{taken}; {freely} {1e3 * with_its:.3g} m{unit} with it and by {1e3 * without:.3g} m{unit} without it"
+        return f"it explains less than {100.0 * CARRIES:g} % of the residual there and is not carried over"
+    times, shown = (1e3, "mm") if unit == "m" else (math.degrees(1.0), "deg")
+    explained = f"it explains {100.0 * gain:.0f} % of the residual there, with base parameters fitted to that recording"
+    freely = "with the first recording's parameters, the error of one free run is"
+    return f"{explained}; {freely} {times * with_its:.3g} {shown} with it and {times * without:.3g} {shown} without it"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from etb_hil.base.errors import Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect, EffectParameter
@@ -20,11 +21,13 @@ def problem_of(id_: str, strengths: Mapping[str, str | float]) -> Problem | None
     """Return what is wrong with an entry, without its place; None where nothing is."""
     effect = CATALOGUE.get(id_)
     if effect is None:
-        return Problem("unknown effect", value=id_, allowed=", ".join(CATALOGUE))
+        meant = did_you_mean(id_, CATALOGUE)
+        return Problem("unknown effect", value=id_, allowed=", ".join(CATALOGUE), remedy=meant)
     names = [parameter.name for parameter in effect.stated]
     for name, value in strengths.items():
         if name not in names:
-            return Problem(f"{id_} has no such parameter", value=name, allowed=", ".join(names))
+            meant = did_you_mean(name, names)
+            return Problem(f"{id_} has no such parameter", value=name, allowed=", ".join(names), remedy=meant)
         parameter = effect.stated[names.index(name)]
         try:
             number = parsed(value, parameter)
