@@ -48,33 +48,33 @@ class LocalProcesses:
         """Yield the outcomes as they come."""
         left = deque(tasks)
         while left:
-            suspects: list[Task] = []
-            yield from self._together(left, suspects)
-            for task in suspects:  # one of these killed its process: each alone tells which
+            unsure: list[Task] = []
+            yield from self._together(left, unsure)
+            for task in unsure:  # one of these killed its process: each alone tells which
                 yield from self._alone(task)
 
-    def _together(self, left: deque[Task], suspects: list[Task]) -> Iterator[Outcome]:
+    def _together(self, left: deque[Task], unsure: list[Task]) -> Iterator[Outcome]:
         """Work until all is done or a process dies.
 
-        What was under way then is put into `suspects`.
+        What was under way then is put into `unsure`.
         """
         with _pool(min(self._jobs, len(left))) as pool:
             running: dict[Future[Outcome], Task] = {}
-            while (left or running) and not suspects:
+            while (left or running) and not unsure:
                 while left and len(running) < self._jobs * _AHEAD:
                     task = left.popleft()
                     try:
                         running[pool.submit(self._work, task)] = task
                     except BrokenProcessPool:
-                        suspects.append(task)
+                        unsure.append(task)
                         break
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
                     task = running.pop(future)
                     try:
                         yield future.result()
                     except BrokenProcessPool:
-                        suspects.append(task)
-            suspects += running.values() if suspects else ()
+                        unsure.append(task)
+            unsure += running.values() if unsure else ()
 
     def _alone(self, task: Task) -> Iterator[Outcome]:
         with _pool(1) as pool:

@@ -17,7 +17,7 @@ from etb_hil.results.run_result import Phase, RunResult
 
 _FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
 
-_STRETCHES, _FEWEST = 24, 3  # of angle, and points in one
+_SEGMENTS, _FEWEST = 24, 3  # of angle, and points in one
 _TURNS = 0.7  # share of the median friction: a plate with less is on its way round, or breaking away
 _MAPPED = ("point_angle", "point_velocity", "point_excess", "point_temperature")
 _DEEPEST, _FAINTEST = 0.1, 0.08  # share off the curve that has the full colour at the least; colour of none
@@ -189,9 +189,9 @@ def _medians(angle: Float64, friction: Float64) -> tuple[Float64, Float64]:
 
     They are NaN where there is next to nothing.
     """
-    edges = np.linspace(angle.min(), angle.max(), _STRETCHES + 1)
-    which = np.clip(np.searchsorted(edges, angle, side="right") - 1, 0, _STRETCHES - 1)
-    parts = [friction[which == k] for k in range(_STRETCHES)]
+    edges = np.linspace(angle.min(), angle.max(), _SEGMENTS + 1)
+    which = np.clip(np.searchsorted(edges, angle, side="right") - 1, 0, _SEGMENTS - 1)
+    parts = [friction[which == k] for k in range(_SEGMENTS)]
     medians = [float(np.median(part)) if len(part) >= _FEWEST else np.nan for part in parts]
     return 0.5 * (edges[1:] + edges[:-1]), np.array(medians)
 

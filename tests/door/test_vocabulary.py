@@ -4,8 +4,10 @@
 """
 
 import ast
+import io
 import re
 import sys
+import tokenize
 from collections import Counter
 from pathlib import Path
 
@@ -80,6 +82,22 @@ def long_first_lines(package=PACKAGE):
     ]
 
 
+def banned_names(package=PACKAGE):
+    """Return `file: name` of each name in the code, and of each file, with a banned word (but `look_alikes`)."""
+    patterns = [pattern for pattern, better in PATTERNS.items() if "isolable" not in better]
+    found = set()
+    for path in sorted(package.rglob("*.py")):
+        tokens = tokenize.generate_tokens(io.StringIO(path.read_text("utf-8")).readline)
+        names = {token.string for token in tokens if token.type == tokenize.NAME} | {path.stem}
+        spoken = {name: name.strip("_").replace("_", " ") for name in names}
+        found |= {f"{path.name}: {name}" for name, said in spoken.items() if any(p.search(said) for p in patterns)}
+    return sorted(found)
+
+
+def test_names_in_the_code_are_the_fields():
+    assert banned_names() == []
+
+
 def test_first_lines_of_docstrings_are_short():
     assert long_first_lines() == []
 
@@ -98,6 +116,13 @@ def test_banned_words_are_found(tmp_path, text, found):
     assert len(banned(tmp_path)) == found
 
 
+def test_banned_names_are_found(tmp_path):
+    (tmp_path / "one.py").write_text("what_is_left = STRANGER_NS = rivalry = 1\n")
+    assert banned_names(tmp_path) == ["one.py: STRANGER_NS", "one.py: what_is_left"]
+    (tmp_path / "yardstick.py").write_text("best_rival = 1\n")
+    assert banned_names(tmp_path)[2:] == ["yardstick.py: best_rival", "yardstick.py: yardstick"]
+
+
 def test_long_sentences_are_found(tmp_path):
     (tmp_path / "one.py").write_text(f'x = "{"word " * 26}"\n')
     assert len(long_sentences(tmp_path)) == 1
@@ -109,6 +134,7 @@ def main(folder=PACKAGE):
         ("banned words", banned(folder)),
         ("long sentences", long_sentences(folder)),
         ("long first lines", long_first_lines(folder)),
+        ("banned names", [f"etb_hil/{line}" for line in banned_names(folder)]),
     ):
         by_folder = Counter(line.split("/")[1].partition(":")[0] for line in found)
         print(f"{len(found)} {name}: {dict(by_folder.most_common())}")

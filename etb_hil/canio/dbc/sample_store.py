@@ -33,7 +33,7 @@ ROOM = 8192  # samples of each message that new columns hold at least
 
 # Columns of a message: its columns of roles, samples a frame and ticks between them; where its samples begin among the
 # times and among the values, how many fit, how many are there, how many came with the last frames.
-_FIRST, _END, _SAMPLES, _TICK, _TIMES, _VALUES, _ROOM, _USED, _NEW, _MESSAGE = range(10)
+_FIRST, _END, _SAMPLES, _TICK, _TIMES, _VALUES, _CAPACITY, _USED, _NEW, _MESSAGE = range(10)
 # Columns of a role: its first signal among those wanted, how many it has, where its turns are counted (-1: nowhere),
 # whether it wraps, whether it is scaled.
 _SIGNAL, _COUNT, _TURNS, _WRAPS, _SCALED, _ROLE = range(6)
@@ -120,17 +120,22 @@ class SampleStore:
             self._gathered += self._since_last()
         messages = self._messages
         messages[:, _USED] = 0
-        messages[:, _ROOM] = np.maximum(messages[:, _NEW], ROOM)
+        messages[:, _CAPACITY] = np.maximum(messages[:, _NEW], ROOM)
         roles = messages[:, _END] - messages[:, _FIRST]
-        times, values = np.cumsum(3 * messages[:, _ROOM]), np.cumsum(roles * messages[:, _ROOM])
+        times, values = np.cumsum(3 * messages[:, _CAPACITY]), np.cumsum(roles * messages[:, _CAPACITY])
         self._all_times, self._all_values = np.empty(times[-1], np.int64), np.empty(values[-1])
-        messages[:, _TIMES], messages[:, _VALUES] = times - 3 * messages[:, _ROOM], values - roles * messages[:, _ROOM]
-        rooms = messages[:, _ROOM].tolist()
-        cut = zip(np.split(self._all_times, times[:-1]), np.split(self._all_values, values[:-1]), rooms, strict=True)
+        messages[:, _TIMES], messages[:, _VALUES] = (
+            times - 3 * messages[:, _CAPACITY],
+            values - roles * messages[:, _CAPACITY],
+        )
+        capacities = messages[:, _CAPACITY].tolist()
+        cut = zip(
+            np.split(self._all_times, times[:-1]), np.split(self._all_values, values[:-1]), capacities, strict=True
+        )
         self._times, self._values = [], []
-        for part, numbers, room in cut:
-            self._times.append(part.reshape(3, room))
-            self._values.append(numbers.reshape(-1, room))
+        for part, numbers, capacity in cut:
+            self._times.append(part.reshape(3, capacity))
+            self._values.append(numbers.reshape(-1, capacity))
         self._used = self._from = [0] * len(self._names)
 
 
@@ -185,7 +190,7 @@ def _fill(
 ) -> bool:
     """Write the samples of the accepted frames behind those that are there.
 
-    False, and nothing, where no room is.
+    Returns False, and writes nothing, where the capacity does not suffice.
     """
     count, width = data.shape
     flat = data.reshape(count * width)
@@ -193,7 +198,7 @@ def _fill(
     first, fits = 0, True
     for k in range(len(messages)):
         messages[k, _NEW] = (ends[k] - first) * messages[k, _SAMPLES]
-        fits = fits and messages[k, _USED] + messages[k, _NEW] <= messages[k, _ROOM]
+        fits = fits and messages[k, _USED] + messages[k, _NEW] <= messages[k, _CAPACITY]
         first = ends[k]
     if not fits:
         return False
@@ -202,11 +207,11 @@ def _fill(
         end = ends[k]
         if end == first:
             continue
-        samples, room, used = messages[k, _SAMPLES], messages[k, _ROOM], messages[k, _USED]
+        samples, capacity, used = messages[k, _SAMPLES], messages[k, _CAPACITY], messages[k, _USED]
         _write_times(stamp_ns, accepted, rows, first, end, samples, messages[k, _TICK], times,
-                     messages[k, _TIMES] + used, room)  # fmt: skip
+                     messages[k, _TIMES] + used, capacity)  # fmt: skip
         for c in range(messages[k, _FIRST], messages[k, _END]):
-            at = messages[k, _VALUES] + (c - messages[k, _FIRST]) * room + used
+            at = messages[k, _VALUES] + (c - messages[k, _FIRST]) * capacity + used
             _read_role(flat, width, rows, first, end, c, samples, kinds, numbers, wanted, places, factors, ids,
                        values, at)  # fmt: skip
         messages[k, _USED] = used + messages[k, _NEW]
@@ -247,7 +252,7 @@ def _write_times(
     tick: int,
     times: Int64,
     at: int,
-    room: int,
+    capacity: int,
 ) -> None:
     """Write when one message's samples were taken and came.
 
@@ -256,12 +261,12 @@ def _write_times(
     for index in range(first, end):
         n = rows[index]
         lost = accepted[2, n]
-        times[at + 2 * room] = lost * samples if lost > 0 else lost
+        times[at + 2 * capacity] = lost * samples if lost > 0 else lost
         for j in range(samples):
             times[at + j] = accepted[1, n] + j * tick
-            times[at + room + j] = stamp_ns[n]
+            times[at + capacity + j] = stamp_ns[n]
             if j:
-                times[at + 2 * room + j] = 0
+                times[at + 2 * capacity + j] = 0
         at += samples
 
 
