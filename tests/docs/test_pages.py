@@ -56,3 +56,11 @@ def test_fewer_than_ten_words_are_our_own():
     text = (documents.DOCS / "reference" / "glossary.md").read_text("utf-8")
     own = text[text.index("## Terms of this project") : text.index("## Terms of the field")]
     assert 0 < len(re.findall(r"^(?![ `#])\S.*$", own, re.MULTILINE)) < 10
+
+
+def test_files_that_the_page_on_the_method_names_are_there():
+    page = (documents.DOCS / "explanation" / "explain.md").read_text("utf-8")
+    package = documents.DOCS.parent / "etb_hil" / "discrepancy"
+    named = set(re.findall(r"`(\w+/\w+\.py)`", page))
+    assert len(named) >= 8
+    assert [name for name in sorted(named) if not (package / name).is_file()] == []
