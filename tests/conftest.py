@@ -12,6 +12,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # a command that a test starts 
 
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
+from guests import spread
 from hypothesis import HealthCheck, settings
 from quick import QUICK
 
@@ -35,10 +36,11 @@ def pytest_ignore_collect(collection_path, config):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark the tests of the quick files."""
+    """Mark the tests of the quick files, and part those that need a guest."""
     for item in items:
         if item.path in QUICK_FILES:
             item.add_marker("quick")
+    spread(items)
 
 
 @pytest.fixture(autouse=True, scope="session")
