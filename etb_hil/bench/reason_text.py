@@ -11,7 +11,7 @@ REPLACE = "Replace the throttle body, or clean it and test again. Keep this repo
 class Wording:
     """A reason in a sentence, and what to do next.
 
-    `with_detail` puts the given text behind it, in brackets.
+    `with_detail` puts the given text at its end, in brackets.
     """
 
     reason: str

@@ -131,7 +131,7 @@ def _plain(measurement_id: str) -> str:
 def bench_wording(results: RunResult) -> Wording:
     """Return why the bench ended as it did and what to do.
 
-    What the bench measured stands behind it in brackets.
+    What the bench measured stands at its end, in brackets.
     """
     bench = results.bench
     default = _BENCH_DEFAULTS[bench.outcome]
@@ -195,7 +195,7 @@ def spring_or_friction(results: RunResult) -> str:
 
 
 def _detailed(sentence: str, detail: str) -> str:
-    return f"{sentence} ({detail})" if detail else sentence
+    return f"{sentence.removesuffix('.')} ({detail})." if detail else sentence
 
 
 class _Shown:

@@ -45,7 +45,7 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     shown = terminal.until("('r' repeats SN-0042, 'q' ends):")
     assert "#####" in shown  # the verdict is large, and all of it is on the screen
     assert "STOPPED - serial SN-0042" in shown
-    assert "The operator stopped the run. (key s or r)" in shown
+    assert "The operator stopped the run (key s or r)." in shown
     assert "Next     Repeat the test when the bench is clear." in shown
     assert "1 unit: 1 aborted" in shown
     assert terminal.keeps_line_mode
@@ -138,5 +138,5 @@ def test_an_answer_may_be_typed_in_words_and_no_is_an_end(tmp_path, scenario):
     terminal.until("no answer to this; allowed: yes, no")
     terminal.press("n0\x7fo\n")
     assert terminal.end() == 5
-    assert "The run was ended by the operator's answer." in terminal.text
+    assert "The run was ended by the operator's answer (" in terminal.text
     assert b"\x1b" not in terminal.bytes

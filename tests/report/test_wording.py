@@ -42,7 +42,7 @@ def test_unit_reasons_are_sentences_with_their_numbers_filled_in(reason_id):
 def test_bench_reasons_say_what_was_measured_and_what_to_do(reason_id):
     results = sample_run.results(bench=Bench(BenchOutcome.FAULT, reason_id, "12.3 A"))
     words = bench_wording(results)
-    assert words.reason == f"{BENCH_REASONS[reason_id].reason} (12.3 A)"
+    assert words.reason == f"{BENCH_REASONS[reason_id].reason[:-1]} (12.3 A)."
     assert words.next_step.endswith(".")
 
 
@@ -51,9 +51,9 @@ def test_numbers_that_are_missing_are_said_to_be():
     assert unit_wording(results).reason == "Break-away friction is not measured; the limit is none."
 
 
-def test_details_stand_behind_the_sentence():
+def test_details_stand_at_the_end_of_the_sentence():
     results = sample_run.results(unit=Unit(UnitVerdict.INCONCLUSIVE, "samples_lost", "7.0% of the samples are lost"))
-    assert unit_wording(results).reason.endswith("to judge the unit. (7.0% of the samples are lost)")
+    assert unit_wording(results).reason.endswith("to judge the unit (7.0% of the samples are lost).")
 
 
 @pytest.mark.parametrize("verdict", UnitVerdict)
