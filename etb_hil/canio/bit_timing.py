@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.frames import FrameBlock
 
+INTERMISSION_BITS = 3
 # Error flag, error delimiter and intermission: the shortest error frame, where all nodes see the error together.
-ERROR_FRAME_BITS = 6 + 8 + 3
+ERROR_FRAME_BITS = 6 + 8 + INTERMISSION_BITS
 
 _EXTENDED = int(FrameFlag.EXTENDED)
 _REMOTE = int(FrameFlag.REMOTE)
@@ -32,7 +33,7 @@ _BRS = int(FrameFlag.BITRATE_SWITCH)
 _ESI = int(FrameFlag.ERROR_STATE)
 
 _CRC15 = 0x4599  # polynomial of classic frames (ISO 11898-1)
-_TAIL = 1 + 1 + 7 + 3  # acknowledge slot and delimiter, end of frame, intermission
+_TAIL = 1 + 1 + 7 + INTERMISSION_BITS  # acknowledge slot and delimiter, end of frame, intermission
 _LONG_FD = 16  # payloads beyond it carry CRC-21 in place of CRC-17
 
 

@@ -47,7 +47,6 @@ from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.registry import DEFAULT, observer_kind
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model, ThrottleParameters
-from etb_hil.recording.report_time import UNKNOWN_REPORT_TIME, ReportTime
 from etb_hil.recording.samples import Float64, SampleBlock
 from etb_hil.results.measurement import Measurement, Measurements
 
@@ -72,23 +71,15 @@ class Snapshot:
 class Diagnosis:
     """The diagnosis of a run, from joined samples to a verdict.
 
-    The diagnosis sees the bench's model and limits and nothing of the unit's. `report_time` is how long in s the frames
-    of one sample take on the bus, at least and at most.
+    The diagnosis sees the bench's model and limits and nothing of the unit's.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        limits: Limits,
-        observer: str = DEFAULT,
-        report_time: ReportTime = UNKNOWN_REPORT_TIME,
-    ) -> None:
+    def __init__(self, model: Model, limits: Limits, observer: str = DEFAULT) -> None:
         if is_drive(model):
             what = f"the model '{model.name}' is a drive's, and friction is judged of throttles"
             raise InputError(Problem(what, remedy="give a throttle's model file (schema etb_hil/model/1)"))
         self._model, self._limits, self._observer_kind = model, limits, observer_kind(observer)
         self._gear_ratio = model.values.gear_ratio
-        self._report_time = report_time
         self._meter: ZeroMeter | None = None
         self._zero = Zero(math.nan, math.nan, math.nan, None, math.nan)
         self._ticks = TickMaker()
@@ -225,7 +216,7 @@ class Diagnosis:
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         found = Findings(
             self._model, throttle, self._zero, assessment, fitted, widening, way, drift, unseen, fastest, far,
-            broken_away, self._limits.dwell, reading, hot, series, self._segments.segments(), self._report_time,
+            broken_away, self._limits.dwell, reading, hot, series, self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))
         band = self._limits.marginal_band

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.tally import LiveReading
     from etb_hil.diagnosis.uneven_way import UnevenWay
     from etb_hil.plant.parameters import Model, ThrottleParameters
-    from etb_hil.recording.report_time import ReportTime
     from etb_hil.recording.samples import Float64
 
 T = TypeVar("T")
@@ -38,8 +37,7 @@ class Findings:
     friction curve with the intervals of the fit alone, empty where there is no fit; `fastest` and `far` rad/s are the
     highest speed and the speed from which T_c is seen. `unseen` is the widest part of the way that no slow motion
     covered, None where that is little. `dwell` is the law by which limits follow the time of rest. `hot` is a motor
-    much warmer than its housing. `series` are the columns of the plots; `report_time` is how long the frames of a
-    sample take on the bus.
+    much warmer than its housing. `series` are the columns of the plots.
     """
 
     model: Model
@@ -59,7 +57,6 @@ class Findings:
     hot: HotMotor | None
     series: Mapping[str, Float64]
     segments: Sequence[Segment]
-    report_time: ReportTime
     _shared: dict[Callable[[Findings], object], object] = field(default_factory=dict, repr=False, compare=False)
 
     def once(self, make: Callable[[Findings], T]) -> T:

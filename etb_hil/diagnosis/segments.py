@@ -18,7 +18,11 @@ from etb_hil.recording.samples import Float64
 # s from the frame that changed the command to that of a sample, and from the last frame of any command to that of the
 # sample; NaN where commands have no stamps of their own
 COMMAND_AGE, COMMAND_FRAME_AGE = "command_age", "command_frame_age"
-_KNOWN = {*ROLES, "angle", COMMAND_AGE, COMMAND_FRAME_AGE} - {"motor_angle"}  # `angle` is that of the throttle shaft
+BUS_TIME = "bus_time"  # s from the start of a sample's first frame to the stamp of its last; NaN where it is not known
+TIMED = frozenset({"step", "release"})  # kinds of phase that measure how long after a command something happens
+_KNOWN = {*ROLES, "angle", COMMAND_AGE, COMMAND_FRAME_AGE, BUS_TIME} - {
+    "motor_angle"
+}  # `angle` is that of the throttle shaft
 
 
 @dataclass(frozen=True, slots=True)

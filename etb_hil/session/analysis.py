@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio.bus.budget import report_time
 from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.diagnosis.sampling_error import with_sampling_error
+from etb_hil.diagnosis.segments import BUS_TIME, TIMED
 from etb_hil.observer.registry import DEFAULT
 from etb_hil.recording.recording import ClockGrade, Recording
-from etb_hil.recording.report_time import UNKNOWN_REPORT_TIME
 from etb_hil.recording.samples import Joiner
 from etb_hil.scenario.phase_watches import PhaseWatches
 from etb_hil.scenario.phases import use_of
+from etb_hil.session.bus_time import BusTime
 from etb_hil.session.interpolated_readings import InterpolatedReadings, at_readings
 from etb_hil.session.read_quality import read_quality, words
 from etb_hil.session.sample_hold import SampleHold
@@ -80,8 +80,8 @@ class Analysis:
         self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if is_counted else ClockGrade.RECEIVE_STAMPS)
         self.decoder = Decoder(dialect, gather=True)
         cyclic = list(dict.fromkeys(dialect.source_of(role) for role in FITTED if not dialect.is_requested(role)))
-        on_bus = UNKNOWN_REPORT_TIME if bus is None or fitted else report_time(dialect, cyclic, bus)
-        self.diagnosis = Diagnosis(model, limits, observer, on_bus)
+        self._bus_time = None if bus is None or fitted else BusTime(dialect, cyclic, bus)
+        self.diagnosis = Diagnosis(model, limits, observer)
         self._plausibility = Plausibility(model)
         self._keep = keep
         self._judged_ns = 0
@@ -134,6 +134,8 @@ class Analysis:
                 newest_ns = int(part.stamp_ns.max())
             self._newest_ns = max(self._newest_ns, newest_ns)
             found = self.decoder.push(part)
+            if self._bus_time is not None:
+                self._bus_time.push(part)
             self._watches.push(found, self._newest_ns)
             blocks += found
             if rest is None:
@@ -192,6 +194,8 @@ class Analysis:
         samples = self._samples.push(blocks)
         if samples is not None:
             self._judge(samples)
+        if self._bus_time is not None:
+            self._bus_time.end_segment()
         if self._half is not None and (samples := self._half.samples.push(blocks)) is not None:
             self._half.kept += self._half.parts.of(samples, self._marks)
 
@@ -201,6 +205,8 @@ class Analysis:
         What came before all is left.
         """
         for index, mark, segment in self._parts.of(samples, self._marks):
+            if self._bus_time is not None and mark.phase.kind in TIMED:
+                segment.columns = {**segment.columns, BUS_TIME: self._bus_time.at(segment.stamp_ns)}
             self.diagnosis.push(segment, mark.phase)
             if self._half is None:
                 self._plausibility.push(segment, index, moving=mark.phase.use is Use.FITTED)

@@ -6,7 +6,7 @@ import dialects
 import pytest
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.bus.budget import budget_of, bus_budget, report_time
+from etb_hil.canio.bus.budget import budget_of, bus_budget
 
 CLASSIC = SimpleNamespace(bitrate=500e3, data_bitrate=2e6, fd=False)
 FD = SimpleNamespace(bitrate=500e3, data_bitrate=2e6, fd=True)
@@ -69,15 +69,6 @@ def test_one_signal_alone_leaves_the_other_message_out():
 def test_rates_of_any_messages():
     budget = budget_of(dialects.classic(), {"EtbStatus": 10.0}, CLASSIC)
     assert str(budget) == "EtbStatus 10/s x 135 bits = 0.3%; together 0.3%"
-
-
-def test_a_report_takes_its_frames_and_may_wait_for_a_command():
-    both = report_time(dialects.classic(), ["EtbCurrent", "EtbEncoder"], CLASSIC)
-    frame = 135 / 500e3
-    assert (both.least, both.most, both.wait) == pytest.approx((0.8 * 2 * frame, 2 * frame, frame))
-    assert report_time(dialects.classic(), ["EtbCurrent", "EtbCurrent"], CLASSIC).least == pytest.approx(0.8 * frame)
-    burst = report_time(dialects.fd(), ["EtbBurst"], FD)
-    assert burst.most + burst.wait > 32 / 500e3 + 519 / 2e6
 
 
 def test_samples_that_come_faster_than_they_are_counted_are_refused():

@@ -16,6 +16,7 @@ name: Slow passes
 phases:
   - {id: zero, kind: current_zero, duration: 0.3 s}
   - {id: ramps, kind: ramp, between: [10 deg, 50 deg], speed: 0.5 rad/s}
+  - {id: steps, kind: step, positions: [20 deg, 30 deg, 20 deg], hold: 0.2 s}
 """
 MS = 1_000_000
 
@@ -31,7 +32,7 @@ def run(tmp_path_factory):
 def judged(run, frames, cuts):
     """Return the measurements of a run's frames, handed over in pieces that end at these places."""
     job, finished = run
-    analysis = Analysis(job.setup.dialect, job.model, job.limits, "cuts")
+    analysis = Analysis(job.setup.dialect, job.model, job.limits, "cuts", bus=job.setup.bench.bus)
     for phase in finished.record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind)
     for first, last in zip([0, *cuts], [*cuts, len(frames)], strict=True):
@@ -47,6 +48,7 @@ def test_the_cuts_change_nothing(run, back_ms):
     whole = judged(run, frames, [])
     is_steady = back_ms < 10  # set back by more than the time between two commands, no pass is on a line
     assert ("spring_torque_open" in whole) == is_steady
+    assert "step_delay_large_opening" in whole
     for seed in range(5):
         rng = np.random.default_rng(seed)
         places = np.unique(rng.integers(1, len(frames), size=10 ** int(rng.integers(1, 4))))

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.canio.bit_timing import one_frame_bits
+from etb_hil.canio.bit_timing import INTERMISSION_BITS, one_frame_bits
 from etb_hil.canio.bus.health import note_busy
 from etb_hil.canio.frames import FrameFlag
 
@@ -44,8 +44,7 @@ FREE, SENDER, START, END, DESTROYED, LOGGED, NOMINAL, DATA, FD, LOOKAHEAD, BUS =
 MAX_PORTS = 62  # a bit each in SEEN_BY
 NEVER = np.iinfo(np.int64).max
 
-# Of ISO 11898-1: intermission, suspended transmission, error frame, and recovery from bus-off.
-INTERMISSION_BITS = 3
+# Of ISO 11898-1: suspended transmission, error frame, and recovery from bus-off.
 _SUSPEND_BITS = 8
 _ERROR_FLAG_BITS = 6 + 8  # error flag and error delimiter
 _RECOVERY_SEQUENCES = 128

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.bit_timing import worst_case_bits
-from etb_hil.recording.report_time import ReportTime
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.dbc.dialect_message import DialectMessage
@@ -145,23 +144,6 @@ def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit
             )
         )
     return budget
-
-
-def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> ReportTime:
-    """Return how long after a sample the frames of all its messages have been sent.
-
-    At most, stuffing adds one bit to four. The frames wait for a command that is being sent already, since no frame is
-    interrupted (Davis, Burns, Bril, Lukkien 2007, blocking).
-    """
-    times = {}
-    for message in dialect.messages:
-        nominal, data = worst_case_bits(
-            message.length, extended=message.extended, fd=message.fd, bitrate_switch=message.bitrate_switch
-        )
-        times[message.name] = nominal / bus.bitrate + data / bus.data_bitrate
-    own = [times[source] for source in dict.fromkeys(sources)]
-    others = [times[message.name] for message in dialect.messages if message.commanded]
-    return ReportTime(0.8 * sum(own), sum(own), max(others, default=0.0))
 
 
 def _requested(dialect: Dialect, bus: BusRates) -> Iterator[BudgetLine]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
@@ -18,9 +19,9 @@ def _compute(run: Findings) -> Estimate | None:
         return None
     rests = [one.rest for one in found]
     value, step = max(rests) - min(rests), step_of(run)
-    # Two angles in whole steps: a distance d below a step reads as a whole step in a share d / step of the units, and
-    # as none in the others. What lies farther than 0.95 of a step from a reading gives that reading in 5 % at most.
-    reach = 0.95 * step
+    # Two angles are each rounded by up to half a step. Their difference is off by up to a step, with a triangular
+    # distribution (JCGM 100:2008, 4.3.9), 95 % of which lie within 1 - sqrt(0.05) of a step.
+    reach = (1.0 - math.sqrt(0.05)) * step
     return Estimate(value, max(value - reach, 0.0), value + reach, f"of {len(found)} returns, by the encoder")
 
 

@@ -2,24 +2,27 @@
 
 The result also says how well that is known.
 
-A command has the stamp of its own frame, and a sample that of its own. The clock of the samples is that of their
-frames, less what a frame takes: the time over which its samples were gathered, and its time on the bus. Where commands
-have no stamps, a command came between the frames of two samples. A frame of a command that ended when those of a sample
-began may have kept them waiting.
+A command has the stamp of its own frame, and a sample those of its frames. A sample was taken when its first frame
+started, where the bus was free. The difference of both clocks is therefore the stamp of a sample's last frame, less
+what its frames took on the bus, less the sample's time. Where commands have no stamps, a command came between the
+frames of two samples.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from etb_hil.diagnosis.segments import COMMAND_AGE, COMMAND_FRAME_AGE, Segment
-from etb_hil.recording.report_time import ReportTime
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.motion.repeats import Reading
+from etb_hil.diagnosis.segments import BUS_TIME, COMMAND_AGE, COMMAND_FRAME_AGE, Segment
 from etb_hil.recording.samples import Int64
 
+_NEAR_S = 0.03  # of samples after a command: clocks that drift apart by 1e-4 do so by 3 us
+_FEWEST = 3  # samples whose scatter is known
+_MOST_ON_BUS = 0.54e-3  # s, where the bus is not known: two classic frames of 8 bytes at 500 kbit/s
 _SLOW_ROLES = ("motor_voltage", "throttle_angle", "throttle_angle_2")
 
 
@@ -37,24 +40,15 @@ class Reports:
     span: float
 
 
-@dataclass(frozen=True, slots=True)
-class Instant:
-    """When a command came: the first sample after it, and its time in s.
-
-    `bounds` s are how far the time may be off either way.
-    """
-
-    index: int
-    time: float
-    bounds: tuple[float, ...]
-
-
 def reports(segment: Segment) -> Reports:
-    """Return how the samples of a segment arrive."""
-    fresh = np.zeros(len(segment.time), bool)
+    """Return how the samples of a segment arrive.
+
+    Without any of the roles that a burst has once, each sample came by itself.
+    """
+    columns = [column for role in _SLOW_ROLES if np.isfinite(column := segment.column(role)).any()]
+    fresh = np.full(len(segment.time), not columns)
     fresh[:1] = True
-    for role in _SLOW_ROLES:
-        column = segment.column(role)
+    for column in columns:
         fresh[1:] |= (column[1:] != column[:-1]) & np.isfinite(column[1:])
     first = np.flatnonzero(fresh)
     step = float(np.median(np.diff(segment.time))) if len(segment.time) > 1 else 0.0
@@ -62,16 +56,26 @@ def reports(segment: Segment) -> Reports:
     return Reports(first, period, max(period - step, 0.0))
 
 
-def instant(segment: Segment, index: int, report_time: ReportTime) -> Instant:
-    """Return when the command came that sample `index` is the first to hold."""
+def instant(segment: Segment, index: int) -> Reading:
+    """Return when the command came that sample `index` is the first to hold.
+
+    The time is in s on the clock of the samples. Each of the next samples says it. Those behind a frame of a command
+    are left out, which may have waited for it. Their scatter is that of the stamps, one of which is the command's own.
+    """
     how = reports(segment)
-    age, seen = (float(segment.column(name)[index]) for name in (COMMAND_AGE, COMMAND_FRAME_AGE))
-    has_stamps = math.isfinite(age)
-    before, between = (age, ()) if has_stamps else (0.5 * how.period, (0.5 * how.period,))
-    is_free = has_stamps and seen > report_time.most
-    least, most = report_time.least, report_time.most + (0.0 if is_free else report_time.wait)
-    time = float(segment.time[index]) - before + how.span + 0.5 * (least + most)
-    return Instant(index, time, (*between, 0.5 * (most - least)))
+    since = segment.time[how.first] - segment.time[index]
+    first = np.append(index, how.first[(since > 0.0) & (since < _NEAR_S)])
+    age, seen, on_bus = (segment.column(name)[first] for name in (COMMAND_AGE, COMMAND_FRAME_AGE, BUS_TIME))
+    sent = segment.time[first] + how.span
+    came = (sent - age + on_bus)[seen > on_bus]
+    if len(came) >= _FEWEST:
+        stamp = TWO_SIDED_95 * float(np.std(came))
+        return Reading(float(np.median(came)), own=((stamp, stamp),))
+    bounds = (0.5 * _MOST_ON_BUS, 0.5 * how.period)
+    time = float(sent[0]) + bounds[0]
+    if np.isfinite(age[0]):
+        return Reading(time - float(age[0]), (bounds[:1] * 2,))
+    return Reading(time - bounds[1], tuple((bound, bound) for bound in bounds))
 
 
 def holds(segment: Segment) -> list[tuple[int, int, float]]:

@@ -40,6 +40,24 @@ class Encoder:
     cosine: float = 0.0
     wave_error: float = 0.0
 
+    def error_of_mean(self, readings: Float64) -> float:
+        """Return the standard deviation of a mean of readings at rest.
+
+        Where a share p of the readings (n) is a step above the others, the edge between lies |p - 1/2| of a step from
+        their mean. The mean angle lies between both. That is uniform within
+        +- sqrt(step^2 / 4 - variance of the readings).
+        """
+        return math.sqrt(max(self.error * self.error - float(np.var(readings)) / 3.0, 0.0))
+
+    @property
+    def error_between_samples(self) -> float:
+        """The standard deviation of an angle by a spline between two samples.
+
+        The plate moves by several steps from sample to sample. The squared weights of the samples sum up to 0.875 in
+        the mean over the time between two.
+        """
+        return math.sqrt(0.875) * self.error
+
     def corrected(self, angle: Float64) -> Float64:
         """Return angles (n) of the plate in rad, with the wave of the disc taken off.
 

@@ -16,21 +16,36 @@ import numpy as np
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
 
+Reach = tuple[float, float]  # how far an error moves a value, down and up
+
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A value in SI, and what it would be with other errors of the sensors.
+    """A value in SI, and how far errors of the sensors move it.
 
-    `bounds` are how far errors may move it either way, uniform within them; all repeats share them. `shared` and `own`
-    are the values where a normal error moves it by 1.96 standard deviations down and up, for each such error: where a
-    swing just reaches a band, a time jumps, and no derivative would say so. Repeats have the `shared` errors in common.
-    Each has its `own`: rounding to a sensor's steps is independent where repeats differ by more than a step.
+    A reach has two sides: where a swing just reaches a band, a time jumps, and no derivative would say so. `bounds` are
+    the reaches of errors that are uniform within them. `shared` and `own` are those of normal errors, for 1.96 standard
+    deviations. Repeats have `bounds` and `shared` in common, and each has its `own`.
     """
 
     value: float
-    bounds: tuple[float, ...] = ()
-    shared: tuple[tuple[float, ...], ...] = ()
-    own: tuple[tuple[float, ...], ...] = ()
+    bounds: tuple[Reach, ...] = ()
+    shared: tuple[Reach, ...] = ()
+    own: tuple[Reach, ...] = ()
+
+    def since(self, other: Reading) -> Reading:
+        """Return the difference to a reading whose errors are independent.
+
+        Those errors move the other reading equally far both ways.
+        """
+        return Reading(
+            self.value - other.value, self.bounds + other.bounds, self.shared + other.shared, self.own + other.own
+        )
+
+
+def reach(value: float, ends: Sequence[float]) -> Reach:
+    """Return how far below and above a value the ends of an error lie."""
+    return max(0.0, *(value - end for end in ends)), max(0.0, *(end - value for end in ends))
 
 
 def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float]:
@@ -40,23 +55,23 @@ def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float
     (JCGM 100:2008, 5.1.2 and 5.2.2).
     """
     mean = _mean([one.value for one in readings])
-    bounds = [_mean(values) for values in zip(*(one.bounds for one in readings), strict=True)]
-    below, above = (combined(bounds, _moved(readings, sign) / TWO_SIDED_95) for sign in (-1.0, 1.0))
+    below, above = (
+        combined(
+            _means([one.bounds for one in readings], side),
+            math.hypot(
+                *_means([one.shared for one in readings], side),
+                *(each[side] / len(readings) for one in readings for each in one.own),
+            )
+            / TWO_SIDED_95,
+        )
+        for side in (0, 1)
+    )
     return mean, mean - below, mean + above
 
 
-def _moved(readings: Sequence[Reading], sign: float) -> float:
-    """Return how far all normal errors together move a mean to one side.
-
-    The mean is that of the readings.
-    """
-    shared = zip(*([_farthest(one, ends, sign) for ends in one.shared] for one in readings), strict=True)
-    own = (_farthest(one, ends, sign) / len(readings) for one in readings for ends in one.own)
-    return math.hypot(*(_mean(values) for values in shared), *own)
-
-
-def _farthest(reading: Reading, ends: Sequence[float], sign: float) -> float:
-    return max(0.0, *(sign * (end - reading.value) for end in ends))
+def _means(errors: Sequence[Sequence[Reach]], side: int) -> list[float]:
+    """Return how far each shared error moves the mean of repeats to one side."""
+    return [_mean([each[side] for each in repeated]) for repeated in zip(*errors, strict=True)]
 
 
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:

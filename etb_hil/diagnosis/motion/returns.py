@@ -13,7 +13,7 @@ from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.between_samples import last_above
 from etb_hil.diagnosis.motion.commands import instant, reports
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
+from etb_hil.diagnosis.motion.repeats import Reach, Reading, mean_with_interval, reach
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -61,7 +61,7 @@ def _returns(run: Findings) -> list[Return]:
 
 
 def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Return:
-    command, default = instant(segment, off, run.report_time), run.model.values.limp_home
+    command, default = instant(segment, off), run.model.values.limp_home
     known = np.isfinite(segment.column("angle"))
     time, seen = segment.time[off:][known[off:]], segment.column("angle")[off:][known[off:]]
     angle = encoder.corrected(seen)
@@ -72,17 +72,22 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     plate = _plate(segment, float(time[end]))
     is_opening = bool(angle[0] < default)
     if not is_back:
-        return Return(is_opening, False, Reading(float(time[-1]) - command.time), rest, *plate)
+        return Return(is_opening, False, Reading(float(time[-1])).since(command), rest, *plate)
     found = _stays_within(time, angle - rest, BACK)
-    # A swing that just reaches the band's edge makes the time jump: it may count or not. Two angles are read in steps.
-    margin = TWO_SIDED_95 * math.sqrt(2.0) * encoder.error
-    own = tuple(_stays_within(time, angle - rest, BACK + sign * margin) - command.time for sign in (-1.0, 1.0))
-    shared = tuple(
-        tuple(_stays_within(time, other - float(np.mean(other[end:])), BACK) - command.time for other in both)
+
+    def moved(error: float) -> Reach:
+        return reach(found, [_stays_within(time, angle - rest, BACK + sign * error) for sign in (-1.0, 1.0)])
+
+    shared = [
+        reach(found, [_stays_within(time, other - float(np.mean(other[end:])), BACK) for other in both])
         for both in encoder.otherwise(seen)
-    )
-    reading = Reading(found - command.time, command.bounds, shared, (own,))
-    return Return(is_opening, True, reading, rest, *plate)
+    ]
+    halves = [_stays_within(time[k::2], angle[k::2] - rest, BACK) for k in (0, 1)]
+    between = math.hypot(*(half - found for half in halves)) / math.sqrt(2.0) / 8.0
+    # Springs leave the plate at the same place each time, so that repeats have the rounding there in common.
+    bounds = moved(math.sqrt(3.0) * encoder.error_of_mean(angle[end:])), (between, between)
+    reading = Reading(found, bounds, tuple(shared), (moved(TWO_SIDED_95 * encoder.error_between_samples),))
+    return Return(is_opening, True, reading.since(command), rest, *plate)
 
 
 def _plate(segment: Segment, since: float) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -18,9 +18,8 @@ from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.between_samples import first_above, highest, last_above
 from etb_hil.diagnosis.motion.commands import holds, instant
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
+from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval, reach
 from etb_hil.diagnosis.segments import Segment
-from etb_hil.recording.report_time import ReportTime
 from etb_hil.recording.samples import Float64
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ SMALL = math.radians(10.0)  # a step below this is a small one
 SETTLED = 0.05  # share of the step about the final angle
 _LEAST = math.radians(1.0)  # a supplier states delay and rise for steps over 1 deg
 _MEAN_S = 0.02  # over which the angles before and after a step are averaged
-_LEVELS = (0.1, 0.9, 1.0)  # shares of the step that are read
+_EXACT = np.zeros(5)  # the angles that are read: the first, the last, at 10 %, at 90 %, at the band about the last
 _ARRIVED = 0.5  # share of the commanded step: a plate that goes less far has not followed
 
 
@@ -57,13 +56,13 @@ class StepResponse:
         return f"{size}_{way}", f"{size} step {way}"
 
 
-def step_responses(segments: Sequence[Segment], encoder: Encoder, report_time: ReportTime) -> Iterator[StepResponse]:
+def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse]:
     """Yield the responses to all steps between two positions that were held."""
     for segment in segments:
         held = [hold for hold in holds(segment) if _lasts(segment, hold)]
         for before, after in pairwise(held):
             if after[0] == before[1] and abs(after[2] - before[2]) >= _LEAST:
-                found = _response(segment, before, after, encoder, report_time)
+                found = _response(segment, before, after, encoder)
                 if found is not None:
                     yield found
 
@@ -81,12 +80,12 @@ def estimates(run: Findings, words: str, reading: Callable[[StepResponse], Readi
         first = responses[0]
         way = f"{math.degrees(first.start):.4g} to {math.degrees(first.end):.4g} deg"
         note = f"{way}, mean of {len(responses)}" if len(responses) > 1 else way
-        yield Estimate(mean, max(low, 0.0), high, note, f"_{suffix}", f"{words}, {name}")
+        yield Estimate(max(mean, 0.0), max(low, 0.0), high, note, f"_{suffix}", f"{words}, {name}")
 
 
 def _responses(run: Findings) -> list[StepResponse]:
     segments = run.of("step")
-    return list(step_responses(segments, encoder_of(run), run.report_time)) if segments else []
+    return list(step_responses(segments, encoder_of(run))) if segments else []
 
 
 def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
@@ -94,17 +93,13 @@ def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
 
 
 def _response(
-    segment: Segment,
-    before: tuple[int, int, float],
-    after: tuple[int, int, float],
-    encoder: Encoder,
-    report_time: ReportTime,
+    segment: Segment, before: tuple[int, int, float], after: tuple[int, int, float], encoder: Encoder
 ) -> StepResponse | None:
     time, angle = segment.time[before[0] : after[1]], segment.column("angle")[before[0] : after[1]]
     known = np.isfinite(angle)
     time, seen = time[known], angle[known]
     angle = encoder.corrected(seen)
-    command = instant(segment, after[0], report_time)
+    command = instant(segment, after[0])
     first = int(np.searchsorted(time, float(segment.time[after[0]])))
     found = _read(time, angle, first)
     if (
@@ -113,33 +108,43 @@ def _response(
         or abs(found.size) < _ARRIVED * abs(after[2] - before[2])
     ):
         return None
-    margin = TWO_SIDED_95 * encoder.error / abs(found.size)
     shared = [[_read(time, other, first) or found for other in both] for both in encoder.otherwise(seen)]
-    # The largest of many rounded angles is too large where the plate rests near it: by half a step at most.
-    rounded_up = math.sqrt(3.0) * encoder.error / abs(found.size)
-    shared.append([replace(found, overshoot=max(found.overshoot - rounded_up, 0.0)), found])
-    own = []
-    for kind in _LEVELS:
-        moved = ([sign * margin * (one is kind) for one in _LEVELS] for sign in (-1.0, 1.0))
-        own.append([_read(time, angle, first, errors) or found for errors in moved])
+    old, new = (encoder.error_of_mean(angle[_before(time, end)]) for end in (first, len(time)))
+    moving = encoder.error_between_samples
+    rounded = [
+        [_read(time, angle, first, sign * errors) or found for sign in (-1.0, 1.0)]
+        for errors in TWO_SIDED_95 * np.diag([old, new, moving, moving, moving])
+    ]
     halves = [_read(time[k::2], angle[k::2], (first + 1 - k) // 2) or found for k in (0, 1)]
 
-    def reading(value: Callable[[_Read], float], *bounds: float) -> Reading:
-        # Between samples, a spline's error grows with the cube of their distance: the third derivative jumps at them.
-        # What either half of the samples says differs by eight errors (step doubling; Richardson 1911).
+    def reading(value: Callable[[_Read], float]) -> Reading:
+        # Between samples, a spline's error grows with the 3rd power of their distance at least. What either half of the
+        # samples says therefore differs by 8 errors or more (step doubling; Richardson 1911).
         read = value(found)
         between = math.hypot(*(value(half) - read for half in halves)) / math.sqrt(2.0) / 8.0
-        moved, rounded = (tuple(tuple(map(value, one)) for one in each) for each in (shared, own))
-        return Reading(read, bounds, (*moved, (read - between, read + between)), rounded)
+        moved, own = ([reach(read, [value(end) for end in ends]) for ends in each] for each in (shared, rounded))
+        return Reading(read, ((between, between),), tuple(moved), tuple(own))
 
     return StepResponse(
         before[2],
         after[2],
-        reading(lambda one: one.tenth - command.time, *command.bounds),
+        reading(lambda one: one.tenth).since(command),
         reading(lambda one: one.ninth - one.tenth),
-        reading(lambda one: one.settled - command.time, *command.bounds),
-        reading(lambda one: one.overshoot),
+        reading(lambda one: one.settled).since(command),
+        reading(lambda one: one.overshoot).since(_peak(found, encoder)),
     )
+
+
+def _peak(found: _Read, encoder: Encoder) -> Reading:
+    """Return what rounding of the highest angle leaves open, as a share of the step.
+
+    A plate that is less than a step of the encoder beyond its final angle rests there, so that repeats have the
+    rounding in common. It is read as less than two of these steps.
+    """
+    error = encoder.error / abs(found.size)
+    is_at_rest = found.overshoot < 2.0 * math.sqrt(12.0) * error
+    shared, own = (math.sqrt(3.0) * error, 0.0) if is_at_rest else (0.0, TWO_SIDED_95 * error)
+    return Reading(0.0, ((shared, shared),), own=((own, own),))
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,29 +161,27 @@ class _Read:
     overshoot: float
 
 
-def _read(time: Float64, angle: Float64, first: int, errors: Sequence[float] = (0.0, 0.0, 0.0)) -> _Read | None:
+def _read(time: Float64, angle: Float64, first: int, errors: Float64 = _EXACT) -> _Read | None:
     """Read a response to a step.
 
-    `errors`, of angles as shares of the step, move the readings at each of `_LEVELS`.
+    The `errors` (5) in rad are those of the angles that are read.
     """
-    old, new = _mean(time, angle, first), _mean(time, angle, len(angle))
+    old_error, new_error, tenth, ninth, end = errors.tolist()
+    old = float(np.mean(angle[_before(time, first)])) + old_error
+    new = float(np.mean(angle[_before(time, len(time))])) + new_error
     size = new - old
     if size == 0.0:
         return None
     share = (angle - old) / size
-    # A share of the step is read from three angles: that one, the first and the last.
-    tenth, ninth, end = (
-        math.sqrt(1.0 + (1.0 - level) * (1.0 - level) + level * level) * error
-        for level, error in zip(_LEVELS, errors, strict=True)
-    )
-    low, high = (first_above(time, share, level, first) for level in (0.1 + tenth, 0.9 + ninth))
+    low = first_above(time, share, 0.1 + tenth / size, first)
+    high = first_above(time, share, 0.9 + ninth / size, first)
     if low is None or high is None:
         return None
-    outside = [last_above(time, sign * (share - 1.0), SETTLED - end, first) for sign in (-1.0, 1.0)]
+    outside = [last_above(time, sign * (share - 1.0), SETTLED - end / size, first) for sign in (-1.0, 1.0)]
     settled = max((when for when in outside if when is not None), default=float(time[first]))
-    return _Read(size, low, high, settled, max(highest(time, share, first) - 1.0 + end, 0.0))
+    return _Read(size, low, high, settled, highest(time, share, first) - 1.0)
 
 
-def _mean(time: Float64, angle: Float64, end: int) -> float:
-    begin = int(np.searchsorted(time, time[end - 1] - _MEAN_S))
-    return float(np.mean(angle[begin:end]))
+def _before(time: Float64, end: int) -> slice:
+    """Return the samples of the last 20 ms before sample `end`."""
+    return slice(int(np.searchsorted(time, time[end - 1] - _MEAN_S)), end)
