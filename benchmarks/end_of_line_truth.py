@@ -27,7 +27,10 @@ BAND = math.radians(1.0)
 
 
 class Recorder:
-    """A node that runs a controller in pieces and keeps the plant's true state after each."""
+    """A node that runs a controller in pieces and keeps the plant's true state after each.
+
+    Pieces begin with the controller's ticks: its voltage, and with it the third derivative of the angle, steps there.
+    """
 
     def __init__(self, controller, piece_ns):
         self._controller, self._piece_ns = controller, piece_ns
@@ -37,7 +40,8 @@ class Recorder:
     def run(self, until_ns, inbox):
         blocks, first = [], inbox
         while self._now_ns < until_ns:
-            self._now_ns = min(until_ns, (self._now_ns // self._piece_ns + 1) * self._piece_ns)
+            since_ns = self._now_ns - self._controller.start_ns
+            self._now_ns = min(until_ns, self._now_ns + self._piece_ns - since_ns % self._piece_ns)
             blocks.append(self._controller.run(self._now_ns, first))
             first = None
             state = self._controller.plant_state
