@@ -158,8 +158,8 @@ def test_the_numbers_of_the_model_file_stand_beside_those_with_intervals(answer,
             assert float(str(effects[cause["id"]][name]).split()[0]) == pytest.approx(number["in_model"], rel=1e-4)
     base = plain(answer)["calibrated"]["slope_open"]["in_model"]
     assert load_model(tmp_path / "model.yaml").values.slope_open == pytest.approx(base, rel=1e-4)
-    is_followed = plain(answer)["model_file"]["values_from"] == "last fit in free run"
-    assert is_followed == answer.holdout.is_followed
+    is_refitted = plain(answer)["model_file"]["values_from"] == "last fit in free run"
+    assert is_refitted == answer.holdout.is_refitted
 
 
 @pytest.fixture(scope="module")
