@@ -22,10 +22,15 @@ from etb_hil.recording.samples import Float64, Int64
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """Standard deviations of what the equations lack, in N·m and in V."""
+    """Standard deviations of what the equations lack, in N·m and in V, and the noise.
+
+    `noise`: variances of the sensors' noise as multiples of what the data sheet states, for current, motor's and
+    plate's angle, and voltage.
+    """
 
     torque: float
     voltage: float
+    noise: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +134,8 @@ def _run(
     p, active = parameters.copy(), active_in(parameters)
     settings = record.settings.copy()
     settings[kalman.Q_TORQUE], settings[kalman.Q_VOLTAGE] = disturbance.torque**2, disturbance.voltage**2
+    settings[kalman.SCALE :] = disturbance.noise[: kalman.READINGS]
+    settings[kalman.NOISE_VOLTAGE] *= disturbance.noise[kalman.READINGS]
     states, whitened, roots = np.empty((n, STATES)), np.empty((n, 3)), np.empty((n, 3))
     slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, STATES))
     moves, responses = np.empty((kept, STATES, STATES)), np.empty((kept, STATES, FORCES))

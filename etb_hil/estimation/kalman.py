@@ -4,8 +4,8 @@ It gives the likelihood; the smoother is here, too.
 
 The readings of a sample are taken in one after the other: their whitened innovations are the record's likelihood. What
 the equations lack is process noise of free size: a disturbance torque and a disturbance voltage. Large innovations
-count by their size, not by its square (Huber 1964). One beyond all bounds moves nothing; where that lasts, the
-covariance is opened, or the filter would never recover.
+count by their size, not by its square (Huber 1964). One beyond all bounds moves nothing; where that lasts, the state
+begins afresh at the readings, or the filter would never recover.
 """
 
 from __future__ import annotations
@@ -52,15 +52,16 @@ from etb_hil.recording.samples import Float64, Int64
 READINGS = 3
 # What is known of the noise: variances of white noise of each reading, steps of both angles (rad), share of a step that
 # lasts as long as an edge (0 where noise dithers it), jitter of the clock (s), variances of both disturbances, of the
-# voltage's reading, the limp-home jump's unsure share, and the angle about it (rad) in which it is unsure.
+# voltage's reading, the limp-home jump's unsure share, the angle about it (rad) in which it is unsure, and from `SCALE`
+# on what multiplies the variances of the noise of each reading (`READINGS`).
 (NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_MOTOR, LASTS_PLATE, JITTER,
- Q_TORQUE, Q_VOLTAGE, NOISE_VOLTAGE, JUMP, NEAR) = range(13)  # fmt: skip
-SETTINGS = 13
+ Q_TORQUE, Q_VOLTAGE, NOISE_VOLTAGE, JUMP, NEAR, SCALE) = range(14)  # fmt: skip
+SETTINGS = SCALE + READINGS
 
 LIKELIHOOD, RESCUED, OUTLYING = range(3)
 TOTALS = 3
 LARGE = 5.0  # whitened innovations beyond it count by their size alone
-LOST_AT = 8.0  # beyond it a reading moves nothing; where that lasts, the covariance is opened
+LOST_AT = 8.0  # beyond it a reading moves nothing; where that lasts, the state begins afresh
 _BURST = 2  # samples that are lost before that: a single blow moves nothing
 _FASTEST = 10.0  # rad/s, the velocity that is unknown then
 _EDGE_S = 0.02  # s: an edge that lasts longer tells that the motion stands
@@ -248,7 +249,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 moves_by = x[OMEGA]
                 edge, lasts = (s[STEP_MOTOR], s[LASTS_MOTOR]) if m == 1 else (s[STEP_PLATE], s[LASTS_PLATE])
                 noise = s[NOISE_CURRENT + m] + _edge(edge, lasts, x[OMEGA], h)
-            noise += (s[JITTER] * moves_by) ** 2
+            noise = s[SCALE + m] * (noise + (s[JITTER] * moves_by) ** 2)
             error = measured - expected
             total = slope * slope * cov[at, at] + noise
             root = 1.0 / math.sqrt(total)
@@ -265,18 +266,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             if size > LOST_AT:
                 is_lost = True
                 weight = 0.0
-                if lost >= _BURST:
-                    totals[RESCUED] += 1.0
-                    weight = 1.0
-                    cov[at, at] += error * error
-                    if m == 0:
-                        cov[VOLTAGE, VOLTAGE] += 1.0
-                    else:
-                        cov[OMEGA, OMEGA] += min((error / h) ** 2, _FASTEST * _FASTEST)
-                        cov[BRISTLE, BRISTLE] += p[STICTION] ** 2
-                        cov[TORQUE, TORQUE] += p[STICTION] ** 2
-                    total = slope * slope * cov[at, at] + noise
-            per = slope / total
+            per = slope / total if weight > 0.0 else 0.0
             for i in range(STATES):
                 work[15, i] = cov[i, at]
             for i in range(STATES):
@@ -291,8 +281,11 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 slopes[k, m] = slope
         lost = lost + 1 if is_lost else 0
         keep_bristle(x, p, acting[LEVEL])
-        if not math.isfinite(x[THETA] + cov[THETA, THETA]):
+        is_afresh = lost > _BURST or not math.isfinite(x[THETA] + cov[THETA, THETA])
+        if is_afresh:
+            totals[RESCUED] += 1.0
             begin(readings[k], s, p, x, cov)
+            cov[OMEGA, OMEGA] = _FASTEST * _FASTEST
         for i in range(STATES):
             states[k, i] = x[i]
         if len(covariances) > 0:
@@ -311,6 +304,6 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             for i in range(STATES):
                 ahead[k, i] = x[i]
                 for j in range(STATES):
-                    moves[k, i, j] = f[i, j]
+                    moves[k, i, j] = 0.0 if is_afresh else f[i, j]
                 for j in range(FORCES):
                     responses[k, i, j] = b[i, j]

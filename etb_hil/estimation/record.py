@@ -24,7 +24,8 @@ class Record:
     Angles are at the throttle shaft.
 
     `dt`: s to the next sample; `voltage`: V, held as long; `temperature`: degC; `readings` (n, 3): current, motor's and
-    plate's angle, NaN where there is none. `settings`: see `kalman`; the two disturbances are set for each run.
+    plate's angle, NaN where there is none. `settings`: see `kalman`; the two disturbances and the multiples of the
+    noise are set for each run.
     """
 
     dt: Float64
@@ -92,4 +93,5 @@ def noise_settings(sensors: Sensors, gear_ratio: float, limp_home: float) -> Flo
     s[kalman.LASTS_PLATE] = math.exp(-4.0 * math.pi**2 * s[kalman.NOISE_PLATE] / s[kalman.STEP_PLATE] ** 2)
     s[kalman.NOISE_VOLTAGE] = sensors.voltage_noise**2 + sensors.voltage_step**2 / 12.0
     s[kalman.JITTER], s[kalman.JUMP], s[kalman.NEAR] = _JITTER, _JUMP, limp_home
+    s[kalman.SCALE :] = 1.0
     return s

@@ -14,14 +14,23 @@ from etb_hil.estimation.calibration import Fitted, calibrated, climbed, over, se
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
-from etb_hil.hypotheses.constants import ALIKE, ALIKE_NUMBERS, GAIN, IMMATERIAL, MATERIAL, NEEDED, RARE, WHITE
-from etb_hil.hypotheses.screening import screened
+from etb_hil.hypotheses.constants import (
+    ALIKE,
+    ALIKE_NUMBERS,
+    GAIN,
+    IMMATERIAL,
+    MATERIAL,
+    NEEDED,
+    PARAMETER,
+    RARE,
+    WHITE,
+)
+from etb_hil.hypotheses.linear import ranked
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import COULOMB, RESISTANCE, TORQUE_PER_AMPERE
 from etb_hil.recording.samples import Float64
 
-PARAMETER = "parameter:"
 # Sliding friction and break-away friction are of the same contacts.
 TOGETHER = (("coulomb", "stiction"),)
 
@@ -98,12 +107,10 @@ def compared(
         start[one.place] = present[one.place]
     before = calibrated(record, start, [*base_unknowns(model), *beside])
     known = candidates(record, before.parameters, [id_ for id_ in ids if id_ in CATALOGUE])
-    starts = [(names, before.parameters) for names in _sets_of(ids, before)]
-    starts += [((id_,), p) for id_, p in screened(record, before, known).items()]
     found: list[Hypothesis] = []
-    for names, parameters in starts:
+    for first in ranked(record, before, known, _sets_of(ids, before)):
         aim = max((one.fit.posterior for one in found), default=-np.inf)
-        found.append(fitted(record, before, names, parameters, aim))
+        found.append(fitted(record, before, first.ids, first.parameters, aim))
     # One with more in it than another has to be likelier for a reason.
     return sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
 

@@ -7,6 +7,7 @@ Each has its meaning, its unit, its source, and the command that checks it.
 
 from __future__ import annotations
 
+PARAMETER = "parameter:"  # begins the id of a base parameter as a cause
 # A base parameter as a cause has this many tolerances as its standard deviation.
 BEYOND = 10.0
 # What excludes a hypothesis is likelier by so many nats (10 to 200 give the same), and leaves at most this share of

@@ -10,7 +10,7 @@ from throttle_as_model import bench_model, parameters
 from etb_hil.base.errors import InputError
 from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities, smoothed
-from etb_hil.estimation.record import record
+from etb_hil.estimation.record import Record, record
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -98,6 +98,16 @@ def test_a_calibrated_healthy_record_needs_no_disturbance(fitted):
     assert fit.filtered.log_likelihood > true.log_likelihood - 10.0
 
 
+def test_a_data_sheet_that_states_twice_the_noise_is_corrected(fitted):
+    """The stock model states 20 mV of voltage noise, the independent throttle has 10 mV; steps are 10 mV in both."""
+    _, _, fit = fitted
+    steps = 10.0**2 / 12.0
+    true = (10.0**2 + steps) / (20.0**2 + steps)
+    assert fit.disturbance.noise[3] == pytest.approx(true, rel=0.25)
+    assert max(fit.disturbance.noise) <= 1.0
+    assert np.mean(fit.filtered.whitened[200:, 0] ** 2) == pytest.approx(1.0, abs=0.2)
+
+
 def test_what_tolerances_cannot_hide_stays_visible():
     """An inertia that is 30 % off is not swallowed by a prior alone."""
     made, model, _ = _record(Unit(), replace(Unit(), inertia=0.7 * Unit().inertia), 53)
@@ -174,6 +184,21 @@ def test_interference_is_survived(healthy):
         assert np.max(np.abs(found.states[end : end + 200, THETA] - truth[end : end + 200, 0])) < 1e-4
     bent = [abs(x[BRISTLE]) / stribeck(x[OMEGA], p) for x in found.states]
     assert max(bent) <= 1.2 + 1e-9
+
+
+def test_a_motion_that_goes_on_elsewhere_is_taken_up_afresh(healthy):
+    """Where the unit was moved between two samples, the filter needs no disturbance to follow it."""
+    made, model, truth = healthy
+    there = int(np.argmax(np.abs(truth[:, 0] - truth[4000, 0])))
+    first, last = made.part(slice(0, 4000)), made.part(slice(there, None))
+    columns = [
+        np.concatenate([getattr(one, name) for one in (first, last)]) for name in ("dt", "voltage", "temperature")
+    ]
+    joined = Record(*columns, np.vstack([first.readings, last.readings]), made.settings)
+    found = filtered(joined, model.vector(), SMALL)
+    assert found.rescued == 1
+    assert np.max(np.abs(found.states[4100:, THETA] - truth[there + 100 :, 0])) < 1e-4
+    assert found.needed[0] < 0.01 * Unit().coulomb
 
 
 def test_readings_may_be_missing(healthy):

@@ -1,0 +1,70 @@
+"""Rank hypotheses by their evidence in one pass over the record.
+
+The pass is linear about a fitted model: one normal matrix holds the sensitivities to all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.estimation.calibration import Fitted, log_prior, prior_slope
+from etb_hil.estimation.filtering import Normal, sensitivities
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.unknown import Unknown
+from etb_hil.hypotheses.candidates import Candidate, freed
+from etb_hil.hypotheses.constants import PARAMETER
+from etb_hil.recording.samples import Float64, Int64
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where the fit of a hypothesis begins, with its linear evidence in nats."""
+
+    ids: tuple[str, ...]
+    parameters: Float64
+    evidence: float
+
+
+def ranked(
+    record: Record, fit: Fitted, candidates: Sequence[Candidate], sets: Sequence[tuple[str, ...]] = ()
+) -> list[Start]:
+    """Return hypotheses about a fitted model, the likeliest first.
+
+    Each effect comes in its likeliest shape. `sets`: ids of base parameters that leave their tolerances together.
+    """
+    count = len(fit.unknowns)
+    columns, groups = [one.column() for one in fit.unknowns], [-1] * count
+    for number, one in enumerate(candidates):
+        its = one.columns()
+        columns += its
+        groups += [number] * len(its)
+    normal = sensitivities(record, fit.filtered, columns, groups=groups)
+    own = np.arange(count)
+    best: dict[str, Start] = {}
+    for number, one in enumerate(candidates):
+        at = np.flatnonzero(np.equal(groups, number))
+        places = [columns[k].place for k in at]
+        more = [Unknown(one.effect.id, place, 0.0, one.width(place)) for place in places]
+        moved, evidence = _solved(normal, np.concatenate([own, at]), fit.parameters, [*fit.unknowns, *more])
+        if one.effect.id not in best or evidence > best[one.effect.id].evidence:
+            best[one.effect.id] = Start((one.effect.id,), one.at(places, moved[count:]), evidence)
+    found = list(best.values())
+    for ids in sets:
+        unknowns = freed(fit.unknowns, [id_.removeprefix(PARAMETER) for id_ in ids])
+        _, evidence = _solved(normal, own, fit.parameters, unknowns)
+        found.append(Start(ids, fit.parameters, evidence))
+    return sorted(found, key=lambda one: -one.evidence)
+
+
+def _solved(normal: Normal, at: Int64, parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, float]:
+    """Return by how much unknowns move, in their units, and the evidence of that."""
+    scale = np.array([one.deviation for one in unknowns])
+    slope, bends = prior_slope(parameters, unknowns)
+    curved = normal.matrix[np.ix_(at, at)] * np.outer(scale, scale) + np.diag(bends)
+    push = slope - normal.gradient[at] * scale
+    step = np.linalg.solve(curved, push)
+    evidence = log_prior(parameters, unknowns) + 0.5 * float(push @ step - np.linalg.slogdet(curved)[1])
+    return step * scale, evidence
