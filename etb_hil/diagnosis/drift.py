@@ -100,7 +100,7 @@ def without_drift(
     if found is None:
         return evidence, fit, None
     if more is not None:
-        found = replace(found, error=more.error, is_bent=more.is_bent)
+        found = replace(found, error=more.error, is_bent=_is_bent(ticks, windows, evidence, fit))
     return evidence, fit, found
 
 
@@ -130,32 +130,63 @@ def _elapsed(ticks: Ticks) -> Float64:
     return elapsed
 
 
-def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
-    """Return how the friction residual of a fit changes with time.
+@dataclass(frozen=True, slots=True)
+class _Slow:
+    """Slow windows (m): what they leave of friction, as a share of it, and what that may come from.
 
-    None where the run does not tell.
+    `share` (m) is the time, from -1 at the first to 1 at the last; `others` (m, p) are levels of speed and springs.
     """
+
+    share: Float64
+    others: Float64
+    excess: Float64
+    stretch: Int64
+    first: float
+    last: float
+
+    def coefficient(self, *powers: int) -> tuple[float, float] | None:
+        """Return the coefficient of the first power of time beside the others, with its standard error.
+
+        None where the data leave it open.
+        """
+        columns = [(self.share**power)[:, None] for power in powers]
+        return _fitted(np.concatenate([*columns, self.others], axis=1), self.excess, self.stretch)
+
+
+def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> _Slow | None:
+    """Return the slow windows of a fit; None where they are too few."""
     _, clear = in_passes(evidence.position, evidence.velocity)
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & clear
     if np.count_nonzero(shown) < _FEWEST:
         return None
     time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]
-    level = steady_level(velocity, fit.parameters)
-    speed = np.searchsorted(_SPEEDS, np.abs(velocity))
-    springs = (np.sign(velocity) / level)[:, None] * evidence.errors[shown, 1:]
-    middle, half = 0.5 * float(time.max() + time.min()), 0.5 * float(time.max() - time.min())
-    share = (time - middle) / half
-    by_speed = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
-    excess, segment = excess_of(evidence, fit)[shown], evidence.cluster[shown]
-    line = _fitted(np.concatenate([share[:, None], by_speed, springs], axis=1), excess, segment)
-    bend = _fitted(
-        np.concatenate([(share * share)[:, None], share[:, None], by_speed, springs], axis=1), excess, segment
-    )
-    if line is None or bend is None:
-        return None
-    is_bent = abs(bend[0]) > _SURE * bend[1]
     first, last = float(time.min()), float(time.max())
-    return Drift(line[0] / half, line[1] / half, middle, first, last, is_bent)
+    speed = np.searchsorted(_SPEEDS, np.abs(velocity))
+    alike = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
+    springs = (np.sign(velocity) / steady_level(velocity, fit.parameters))[:, None] * evidence.errors[shown, 1:]
+    share = (time - 0.5 * (last + first)) / (0.5 * (last - first))
+    others = np.concatenate([alike, springs], axis=1)
+    return _Slow(share, others, excess_of(evidence, fit)[shown], evidence.cluster[shown], first, last)
+
+
+def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
+    """Return how the friction residual of a fit changes with time, by a line.
+
+    None where the run does not tell.
+    """
+    slow = _slow(ticks, windows, evidence, fit)
+    line = None if slow is None else slow.coefficient(1)
+    if slow is None or line is None:
+        return None
+    half = 0.5 * (slow.last - slow.first)
+    return Drift(line[0] / half, line[1] / half, 0.5 * (slow.last + slow.first), slow.first, slow.last, is_bent=False)
+
+
+def _is_bent(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> bool:
+    """Return whether a line does not do for what a fit leaves over time, or nobody can tell."""
+    slow = _slow(ticks, windows, evidence, fit)
+    bend = None if slow is None else slow.coefficient(2, 1)
+    return bend is None or abs(bend[0]) > _SURE * bend[1]
 
 
 def _fitted(columns: Float64, values: Float64, segment: Int64) -> tuple[float, float] | None:

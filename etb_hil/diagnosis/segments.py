@@ -19,10 +19,8 @@ from etb_hil.recording.samples import Float64
 # sample; NaN where commands have no stamps of their own
 COMMAND_AGE, COMMAND_FRAME_AGE = "command_age", "command_frame_age"
 BUS_TIME = "bus_time"  # s from the start of a sample's first frame to the stamp of its last; NaN where it is not known
-TIMED = frozenset({"step", "release"})  # kinds of phase that measure how long after a command something happens
-_KNOWN = {*ROLES, "angle", COMMAND_AGE, COMMAND_FRAME_AGE, BUS_TIME} - {
-    "motor_angle"
-}  # `angle` is that of the throttle shaft
+# `angle` is that of the throttle shaft
+_KNOWN = ({*ROLES, "angle"} - {"motor_angle"}) | {COMMAND_AGE, COMMAND_FRAME_AGE, BUS_TIME}
 
 
 @dataclass(frozen=True, slots=True)

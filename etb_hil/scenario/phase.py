@@ -78,6 +78,7 @@ class PhaseModel(FileModel):
     angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
     speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
     use: ClassVar[Use] = Use.NOTHING  # what the diagnosis does with its samples
+    is_timed: ClassVar[bool] = False  # whether measurements ask how long after a command something happens
 
     id: Annotated[Name, Field(description="name of the phase, once a scenario")]
     measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None

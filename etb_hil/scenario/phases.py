@@ -120,6 +120,15 @@ def use_of(kind: str) -> Use:
     return Use.NOTHING if known is None else known.use
 
 
+def is_timed(kind: str) -> bool:
+    """Return whether measurements ask how long after a command something happens.
+
+    Of a kind of phase that is not known they do not.
+    """
+    known = phase_kinds().get(kind)
+    return known is not None and known.is_timed
+
+
 for _known in (phase_kinds, _adapter):
     when_changed(_known.cache_clear)
 when_changed(phase_kinds)

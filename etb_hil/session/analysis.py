@@ -13,12 +13,12 @@ from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.diagnosis.sampling_error import with_sampling_error
-from etb_hil.diagnosis.segments import BUS_TIME, TIMED
+from etb_hil.diagnosis.segments import BUS_TIME
 from etb_hil.observer.registry import DEFAULT
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import Joiner
 from etb_hil.scenario.phase_watches import PhaseWatches
-from etb_hil.scenario.phases import use_of
+from etb_hil.scenario.phases import is_timed, use_of
 from etb_hil.session.bus_time import BusTime
 from etb_hil.session.interpolated_readings import InterpolatedReadings, at_readings
 from etb_hil.session.read_quality import read_quality, words
@@ -205,7 +205,7 @@ class Analysis:
         What came before all is left.
         """
         for index, mark, segment in self._parts.of(samples, self._marks):
-            if self._bus_time is not None and mark.phase.kind in TIMED:
+            if self._bus_time is not None and is_timed(mark.phase.kind):
                 segment.columns = {**segment.columns, BUS_TIME: self._bus_time.at(segment.stamp_ns)}
             self.diagnosis.push(segment, mark.phase)
             if self._half is None:

@@ -20,6 +20,7 @@ class ReleasePhase(PhaseModel):
 
     angles: ClassVar = ("position",)
     speeds: ClassVar = ("approach",)
+    is_timed: ClassVar = True
 
     kind: Literal["release"]
     position: Angle

@@ -19,6 +19,7 @@ class StepPhase(PhaseModel):
     angles: ClassVar = ("positions",)
     speeds: ClassVar = ("approach",)
     use: ClassVar = Use.FITTED
+    is_timed: ClassVar = True
 
     kind: Literal["step"]
     positions: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=1000)]

@@ -21,7 +21,7 @@ def judged(log: Path) -> list[str]:
     words = [reason.text for reason in result.reasons]
     if result.verdict is etb.UnitVerdict.FAIL and current.size:
         why: etb.Explanation = etb.explain([recording, log], model=etb.Model.load("default"), progress=print)
-        words += [f"{cause.id}: {cause.share:.0%}" for cause in why.causes]
+        words += [f"{cause.id}: {cause.share_of_error:.0%}" for cause in why.causes]
         if why.model is not None:
             simulated = etb.simulate(why.model, voltage=recording)
             words.append(str(simulated.to_pandas().shape))
