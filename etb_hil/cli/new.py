@@ -24,7 +24,8 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.files import make_folder, write_text
     from etb_hil.base.roles import COMMANDED
     from etb_hil.canio.dbc.dbc_file import load_dbc
-    from etb_hil.canio.dbc.role_proposals import a_message_each, chosen, is_vehicle, proposals
+    from etb_hil.canio.dbc.message_subject import names_other_units
+    from etb_hil.canio.dbc.role_proposals import a_message_each, chosen, proposals
     from etb_hil.cli.starting_files import REQUIRED, starting_files
 
     folder = options.out or Path(options.dbc.stem)
@@ -44,10 +45,12 @@ def run(options: argparse.Namespace) -> int:
         is_choice = len(guesses) > 1 and role not in COMMANDED and role != "sample_counter"
         state = "active" if role in best else "choose" if is_choice else "confirm"
         shown = ", ".join(guess.signal for guess in best.get(role, shown_first))
-        print(f"{state:9} {role}: {shown}")
-    for role in REQUIRED:
-        if found and role not in found:
-            print(f"MISSING   {role}: no signal fits")
+        has_other_numbers = role not in best and guesses[0].numbers
+        numbers = f" (its numbers are {guesses[0].numbers}, not the role's)" if has_other_numbers else ""
+        print(f"{state:9} {role}: {shown}{numbers}")
+    missing = [role for role in REQUIRED if found and role not in found]
+    for role in missing:
+        print(f"MISSING   {role}: no signal is proposed")
     print(f"written   {', '.join(str(folder / name) for name in texts)}")
     bench = folder / "bench.yaml"
     if not found:
@@ -55,13 +58,13 @@ def run(options: argparse.Namespace) -> int:
         print(f"If a signal has a role all the same, write it under 'roles:' in {bench}, which lists the roles.")
         return 0
     print("Proposals rest on names, units and value tables. Compare each line with the controller's documents, then:")
-    if not {"motor_angle", "command_mode"} & found.keys():
+    if missing:
         print(f"          etb-hil plot LOG --bench {bench}")
-        if is_vehicle(database):
-            what = "This looks like a vehicle's bus, not a throttle controller's"
-            print(f"{what}: its logs can be plotted, nothing can be run.")
-            return 0
         print("Logs can be plotted. To run a test, give a signal to each role that is MISSING, then:")
     print(f"          etb-hil check {folder / 'scenario.yaml'} --bench {bench} --model {folder / 'model.yaml'}")
+    if missing and names_other_units(database):
+        print(
+            "Some messages are about other units of a vehicle. If the throttle has a DBC file of its own, use that one."
+        )
     print("The bench starts on a simulated bus, where nothing moves. The file says how to name your adapter.")
     return 0

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from etb_hil.base.modes import Mode
 from etb_hil.base.roles import COMMANDED, ROLES
 from etb_hil.base.stock import find
 from etb_hil.canio.dbc.role_proposals import a_message_each, chosen
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 REQUIRED = ("command_mode", "command_position", "motor_current", "motor_angle", "throttle_angle", "sample_counter")
 _SHOWN = 2  # other signals of a role
+_MODE_NUMBERS = ", ".join(f"{int(mode)} {mode.name.lower().replace('_', '-')}" for mode in Mode)
 _LONGEST_NAME = 80  # of a bench
 _WIDTH = 110
 
@@ -124,12 +126,12 @@ def _roles(found: dict[str, list[Proposal]], best: dict[str, list[Proposal]]) ->
             continue
         yield f"\n  # {role}: {meaning.meaning}{'' if meaning.unit == '1' else f' ({meaning.unit})'}\n"
         if not guesses:
-            yield "  # No signal fits, and a run needs this role.\n"
+            yield "  # No signal is proposed, and a run needs this role.\n"
             signal = "{signal: Message.Signal, tick: 1 ms}" if role == "sample_counter" else "Message.Signal"
             yield f"  #{role}: {signal}\n"
             continue
         shown = active or (a_message_each(guesses) if role == "sample_counter" else guesses[:1])
-        yield from _comment(_sentence(shown[0].grounds) + ("" if active else f" {_why_unsure(role, len(guesses))}"))
+        yield from _comment(_sentence(shown[0].grounds) + ("" if active else f" {_why_unsure(shown[0], len(guesses))}"))
         entries = [_plain(guess.entry) for guess in shown]
         entry = entries[0] if len(entries) == 1 else f"[{', '.join(entries)}]"
         yield f"  {'' if active else '#'}{role}: {entry}\n"
@@ -152,14 +154,17 @@ def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _why_unsure(role: str, count: int) -> str:
-    """Return why a proposal is not active."""
+def _why_unsure(proposal: Proposal, count: int) -> str:
+    """Return why the first of some proposals is not active."""
+    role = proposal.role
+    if proposal.numbers:
+        return f"Its numbers are {proposal.numbers}; the role's are {_MODE_NUMBERS}. A run needs the role's numbers."
     if role in COMMANDED:
         return "It commands the controller: confirm it first."
     if role == "sample_counter":
         return "Confirm that it counts samples, and its tick: the time from count to count."
     if role == "mode":
-        return "Confirm that its numbers are 0 off, 1 position, 2 velocity, 3 voltage, 4 limp-home."
+        return f"Confirm that its numbers are {_MODE_NUMBERS}."
     return "Several signals fit: choose one." if count > 1 else "Confirm it first."
 
 

@@ -16,7 +16,8 @@ from etb_hil.base.roles import ROLES
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.dbc.dbc_file import load_dbc
-from etb_hil.canio.dbc.role_proposals import chosen, proposals, words_of
+from etb_hil.canio.dbc.message_subject import words_of
+from etb_hil.canio.dbc.role_proposals import chosen, proposals
 from etb_hil.cli.main import main
 from etb_hil.cli.starting_files import starting_files
 
@@ -243,7 +244,64 @@ def test_whatever_the_names_the_bench_is_yaml(names):
     assert_uncommented_lines_are_yaml(text)
 
 
-def test_two_that_fit_alike_are_left_to_the_reader():
+WITH_OTHERS = """VERSION ""
+BU_: TC Rig Engine Body
+BO_ 256 TC_Command: 8 Rig
+ SG_ TC_Mode : 0|4@1+ (1,0) [0|3] "" TC
+ SG_ TC_ThrottleSetpoint : 8|16@1- (0.01,0) [-10|100] "deg" TC
+BO_ 512 TC_Feedback: 8 TC
+ SG_ TC_SampleCounter : 0|16@1+ (1,0) [0|65535] "" Rig
+ SG_ TC_MotorCurrent : 16|16@1- (0.001,0) [-30|30] "A" Rig
+ SG_ ThrottleUmot : 32|16@1- (0.001,0) [-16|16] "V" Rig
+BO_ 513 TC_Angles: 8 TC
+ SG_ TC_SampleCounter : 0|16@1+ (1,0) [0|65535] "" Rig
+ SG_ TC_MotorAngle : 16|16@1+ (0.02197265625,0) [0|1440] "deg" Rig
+ SG_ TC_ThrottleAngle : 32|16@1- (0.01,0) [-10|100] "deg" Rig
+BO_ 768 EngineData: 8 Engine
+ SG_ EngineSpeed : 0|16@1+ (0.25,0) [0|16000] "rpm" TC
+ SG_ AirConditioning_Enable : 16|1@1+ (1,0) [0|1] "" TC
+ SG_ FanMotorCurrent : 24|16@1- (0.01,0) [0|50] "A" TC
+BO_ 769 Lights: 8 Body
+ SG_ LampCurrent : 0|16@1- (0.01,0) [0|50] "A" Rig
+ SG_ LightMode : 16|4@1+ (1,0) [0|3] "" Rig
+VAL_ 256 TC_Mode 0 "Off" 1 "Position" 2 "Voltage" ;
+"""
+
+
+def test_messages_of_other_units_hide_no_role_of_the_controller(tmp_path, capsys):
+    (tmp_path / "tc.dbc").write_text(WITH_OTHERS)
+    assert main(["new", str(tmp_path / "tc.dbc"), "--out", str(tmp_path / "new")]) == 0
+    said = capsys.readouterr().out
+    assert "MISSING" not in said
+    assert "nothing can be run" not in said
+    found = proposals(load_dbc(tmp_path / "tc.dbc"))
+    of_controller = {role: {guess.signal.split(".")[0] for guess in found[role]} for role in found}
+    assert of_controller.pop("engine_speed") == {"EngineData"}
+    assert {name for names in of_controller.values() for name in names} <= {"TC_Command", "TC_Feedback", "TC_Angles"}
+    assert "throttle_position" not in found  # ThrottleUmot is the motor's voltage
+    assert [guess.signal for guess in found["motor_voltage"]] == ["TC_Feedback.ThrottleUmot"]
+    assert_uncommented_lines_are_yaml((tmp_path / "new" / "bench.yaml").read_text())
+
+
+def test_a_mode_with_other_numbers_says_so(tmp_path, capsys):
+    (tmp_path / "tc.dbc").write_text(WITH_OTHERS)
+    assert main(["new", str(tmp_path / "tc.dbc"), "--out", str(tmp_path / "new")]) == 0
+    assert "command_mode: TC_Command.TC_Mode (its numbers are 0 off, 1 position, 2 voltage" in capsys.readouterr().out
+    bench = " ".join((tmp_path / "new" / "bench.yaml").read_text().replace("\n  #", "").split())
+    assert "0 off, 1 position, 2 voltage; the role's are 0 off, 1 position, 2 velocity, 3 voltage" in bench
+    assert "command_mode" not in chosen(proposals(load_dbc(tmp_path / "tc.dbc")))
+
+
+def test_a_file_without_nodes_is_judged_by_its_messages():
+    text = re.sub(r"^(BO_ .*) \w+$", r"\1 Vector__XXX", WITH_OTHERS, flags=re.MULTILINE)
+    found = proposals(
+        cantools.database.load_string(re.sub(r" (TC|Rig)$", " Vector__XXX", text, flags=re.MULTILINE), "dbc")
+    )
+    assert {"throttle_angle", "motor_angle", "motor_current", "command_position", "command_mode"} <= found.keys()
+    assert not any("Lamp" in guess.signal or "Fan" in guess.signal for role in found for guess in found[role])
+
+
+def test_two_that_fit_equally_are_left_to_the_reader():
     found = proposals(database_of(("MotorCurrentA", "A"), ("MotorCurrentB", "A")))
     assert len(found["motor_current"]) == 2
     assert not chosen(found)

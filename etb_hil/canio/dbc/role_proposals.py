@@ -2,9 +2,10 @@
 
 They rest on names, units, value tables and ranges.
 
-Nothing is proposed that is not about a throttle. In a throttle controller's own file every signal is; in a vehicle's
-file only those are that name the throttle, and what its driver and engine do. A proposal is certain where the file
-says what the role says: the role's own name, its unit and, for a mode, the numbers of the modes.
+Nothing is proposed that is not about a throttle. Each message is judged by what its own signals are about
+(`message_subject`): a throttle controller may also receive the engine's speed. In a message of another unit only those
+signals are proposed that name the throttle, and what driver and engine do. A proposal is certain where the file says
+what the role says: the role's own name, its unit and, for a mode, the numbers of the modes.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import dimension_of_unit, to_si
 from etb_hil.base.roles import COMMANDED, ROLES
+from etb_hil.canio.dbc.message_subject import Subject, first_match, subjects_of, words_of
 from etb_hil.canio.dbc.role_rules import ASKED, OF_CONTROLLERS, RULES, THROTTLE, UNITS, VEHICLE, Rule
 
 if TYPE_CHECKING:
@@ -33,6 +35,8 @@ class Proposal:
     `grounds` say why, `scale` and `offset` bring it to the role's unit.
 
     `tick` is a sample counter's time from count to count where the DBC file does not say it.
+
+    `numbers` are those of a mode's value table where the role has others.
     """
 
     role: str
@@ -46,6 +50,7 @@ class Proposal:
     wraps: bool = False
     turns: str = ""
     tick: str = ""
+    numbers: str = ""
     points: int = 0
 
     @property
@@ -70,15 +75,12 @@ def proposals(database: Database) -> dict[str, list[Proposal]]:
 
     Roles for which nothing was found have no entry.
     """
-    file_words = {word for message in database.messages for word in _all_words(message)}
-    if not any(re.fullmatch(THROTTLE, word) for word in file_words):
-        return {}
-    in_vehicle = is_vehicle(database)
+    subjects = subjects_of(database)
     found: dict[str, list[Proposal]] = {}
-    for message in database.messages:
+    for message in database.messages if subjects else []:
         for name, signal in _series(message):
             for rule in RULES:
-                if (proposal := _judge(rule, message, signal, name, in_vehicle)) is not None:
+                if (proposal := _judge(rule, message, signal, name, subjects[message.name])) is not None:
                     found.setdefault(rule.role, []).append(proposal)
     _second_track(found)
     return {role: sorted(found[role], key=lambda p: -p.points) for role in ROLES if role in found}
@@ -104,33 +106,12 @@ def chosen(found: dict[str, list[Proposal]]) -> dict[str, list[Proposal]]:
     return best
 
 
-def is_vehicle(database: Database) -> bool:
-    """Return whether a DBC file describes a vehicle's bus.
-
-    The other units that it names tell it.
-    """
-    return any(re.fullmatch(VEHICLE, word) for message in database.messages for word in _all_words(message))
-
-
 def a_message_each(guesses: list[Proposal]) -> list[Proposal]:
     """Return the best proposal of each message: every message counts its own samples."""
     best: dict[str, Proposal] = {}
     for guess in guesses:
         best.setdefault(guess.signal.split(".")[0], guess)
     return list(best.values())
-
-
-def words_of(name: str) -> list[str]:
-    """Return the words of a signal's name, in lower case.
-
-    The name is cut at underscores, capitals and digits.
-    """
-    return [word.lower() for word in re.findall(r"[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ]?[a-zäöüß]+|\d+", name)]
-
-
-def _all_words(message: Message) -> list[str]:
-    names = [message.name, *message.senders, *(signal.name for signal in message.signals)]
-    return [word for name in names for word in words_of(name)]
 
 
 def _series(message: Message) -> list[tuple[str, Signal]]:
@@ -154,25 +135,29 @@ def _series(message: Message) -> list[tuple[str, Signal]]:
     return list(entries.items())
 
 
-def _judge(rule: Rule, message: Message, signal: Signal, name: str, in_vehicle: bool) -> Proposal | None:
+def _judge(rule: Rule, message: Message, signal: Signal, name: str, subject: Subject) -> Proposal | None:
     words, around = words_of(signal.name), words_of(message.name)
-    hits = [_first(pattern, words) for pattern in rule.words]
+    hits = [first_match(pattern, words) for pattern in rule.words]
     # The message says what its signals are about, less surely.
-    far = [_first(pattern, around) for pattern, hit in zip(rule.words, hits, strict=True) if hit is None]
+    far = [first_match(pattern, around) for pattern, hit in zip(rule.words, hits, strict=True) if hit is None]
     scaled = _scaled(rule, signal)
-    if scaled is None or hits[0] is None or not all(far) or not _may_have(rule, signal, words):
+    # That a signal is a command may stand in the message's name alone, the quantity may not.
+    quantity = hits[1] if rule.words[0] == ASKED and len(hits) > 1 else hits[0]
+    if scaled is None or quantity is None or not all(far) or not _may_have(rule, signal, words, around):
         return None
-    if in_vehicle and not rule.elsewhere and not _is_about_throttle(rule, words, around):
+    if not rule.elsewhere and not _is_about_throttle(rule, words, around, subject):
         return None
     unit, scale, offset = scaled
     likes = [word for word in [*words, *around] if rule.better and re.fullmatch(rule.better, word)]
     is_certain = _is_certain(rule.role, signal, words, unit)
     if rule.role in COMMANDED or rule.role in {"mode", "sample_counter"}:
         is_likely = is_certain  # a wrong one moves something, or is misread
-    elif in_vehicle:
+    elif subject is Subject.OTHER or (rule.elsewhere and subject is not Subject.ALONE):
         is_likely = bool(unit and likes) and not far and rule.role != "supply_voltage"
     else:
-        is_likely = is_certain or ((bool(unit) or rule.is_flag) and not far and (not rule.better or bool(likes)))
+        is_clear = (bool(unit) or (rule.is_flag and _is_plain(words))) and not far and (not rule.better or bool(likes))
+        # Beside messages of other units, a message or signal has to name the throttle.
+        is_likely = is_certain or (is_clear and (subject is Subject.ALONE or _names_throttle([*words, *around])))
     wraps = rule.role == "motor_angle" and _is_whole_turns(signal, scale)
     return Proposal(
         rule.role,
@@ -186,17 +171,24 @@ def _judge(rule: Rule, message: Message, signal: Signal, name: str, in_vehicle: 
         wraps,
         _turns(message) if wraps else "",
         _guessed_tick(message) if rule.role == "sample_counter" and not is_certain else "",
+        _other_numbers(rule.role, signal),
         8 * is_certain + 4 * bool(unit) + 2 * (not far) + 2 * bool(likes) + len(hits),
     )
 
 
-def _may_have(rule: Rule, signal: Signal, words: list[str]) -> bool:
+def _may_have(rule: Rule, signal: Signal, words: list[str], around: list[str]) -> bool:
     """Return whether nothing in a signal's length and name speaks against a role."""
-    if not rule.lengths[0] <= signal.length <= rule.lengths[1] or _first(rule.never, words):
+    if not rule.lengths[0] <= signal.length <= rule.lengths[1] or first_match(rule.never, words):
         return False
-    if rule.role not in COMMANDED and _first(ASKED, words):
+    if rule.role not in COMMANDED and first_match(ASKED, [*words, *(around if rule.is_flag else ())]):
         return False
-    return not rule.is_flag or all(re.fullmatch(rf"{OF_CONTROLLERS}|{THROTTLE}|{ASKED}|\d+", word) for word in words)
+    # Signals often begin as their message does: such a word names the unit.
+    return not rule.is_flag or _is_plain([word for word in words if word not in around])
+
+
+def _is_plain(words: list[str]) -> bool:
+    """Return whether a throttle controller uses every word of a flag's name."""
+    return all(re.fullmatch(rf"{OF_CONTROLLERS}|{THROTTLE}|{ASKED}|\d+", word) for word in words)
 
 
 def _is_certain(role: str, signal: Signal, words: list[str], unit: str) -> bool:
@@ -207,18 +199,18 @@ def _is_certain(role: str, signal: Signal, words: list[str], unit: str) -> bool:
     return has_name and (role not in {"mode", "command_mode"} or _names_our_modes(signal))
 
 
-def _first(pattern: str, words: list[str]) -> str | None:
-    return next((word for word in words if re.fullmatch(pattern, word)), None)
+def _is_about_throttle(rule: Rule, words: list[str], around: list[str], subject: Subject) -> bool:
+    """Return whether a signal is the throttle's.
 
-
-def _is_about_throttle(rule: Rule, words: list[str], around: list[str]) -> bool:
-    """Return whether a vehicle's signal is the throttle's.
-
-    Its name tells it, or its message where its unit speaks too.
+    In a message of another unit the signal has to name the throttle, or the message where its unit speaks too.
     """
-    if _first(VEHICLE, words):
+    if first_match(VEHICLE, words):
         return False
-    return _first(THROTTLE, words) is not None or (rule.needs_unit and _first(THROTTLE, around) is not None)
+    return subject is not Subject.OTHER or _names_throttle(words) or (rule.needs_unit and _names_throttle(around))
+
+
+def _names_throttle(words: list[str]) -> bool:
+    return first_match(THROTTLE, words) is not None
 
 
 def _scaled(rule: Rule, signal: Signal) -> tuple[str, float, float] | None:
@@ -244,8 +236,23 @@ def _grounds(near: list[str], far: list[str], unit: str) -> str:
 
 def _names_our_modes(signal: Signal) -> bool:
     """Return whether a mode's value table has our numbers (off 0, position 1)."""
-    table = {int(number): str(name).lower() for number, name in (signal.choices or {}).items()}
-    return table.keys() >= {0, 1} and all(_MODES.get(number) == name for number, name in table.items())
+    return _table(signal).keys() >= {0, 1} and not _differs(_table(signal))
+
+
+def _other_numbers(role: str, signal: Signal) -> str:
+    """Return the value table of a mode that has other numbers than the role, or an empty text."""
+    table = _table(signal)
+    if role not in {"mode", "command_mode"} or not _differs(table):
+        return ""
+    return ", ".join(f"{number} {name}" for number, name in sorted(table.items()))
+
+
+def _table(signal: Signal) -> dict[int, str]:
+    return {int(number): str(name).lower() for number, name in (signal.choices or {}).items()}
+
+
+def _differs(table: dict[int, str]) -> bool:
+    return any(_MODES.get(number) != name for number, name in table.items())
 
 
 def _tick(signal: Signal) -> float | None:

@@ -16,10 +16,10 @@ UNITS = SPELLINGS | {
 }  # fmt: skip
 
 THROTTLE = r"throttle\w*|thrott|throt|thrtl|thr|plate|tps|etb|etc|drosselklapp\w*|dk|dkw|dks"
-# A file with one of these describes a vehicle's bus: its drives, modes and faults belong to other units.
+# A message with more of these than of the throttle's is another unit's: so are its drives, modes and faults.
 VEHICLE = (
     r"wheel\w*|steer\w*|lenk\w*|brake\w*|brems\w*|door\w*|seat\w*|cruise\w*|cruse|esp|airbag\w*|gearbox|getriebe|"
-    r"transmission|vehicle\w*|fahrzeug\w*|hvac|aircon\w*|klima\w*|clutch|kuppl\w*|lamps?|lights?|park\w*|radar|yaw|"
+    r"transmission|vehicle\w*|fahrzeug\w*|hvac|aircon\w*|conditioning|climate|klima\w*|clutch|kuppl\w*|lamps?|lights?|park\w*|radar|yaw|"
     r"lkas|egr|turbo|catalyst|kat|ekat|engine\w*|eng|injector\w*|ignition|lambda|coolant|fuel|oil|gears?|compressor|heater|"
     r"heiz\w*|fan|pump"
 )
@@ -33,7 +33,8 @@ ASKED = (
     r"cmd|command|commanded|set|setpoint|setp|stpt|sp|soll\w*|target|tar|tgt|desired|des|demand|requested|request|req|rq|wunsch\w*|"
     r"ref"
 )
-_MOTOR = r"motor|mot|bridge|armature|actuator|h_?bridge"
+_MOTOR_VOLTAGE, _MOTOR_CURRENT = r"[uv]mot\w*", r"imot\w*"
+_MOTOR = rf"motor|mot|bridge|armature|actuator|h_?bridge|{_MOTOR_VOLTAGE}|{_MOTOR_CURRENT}"
 # A word of these makes a signal something about a quantity, not the quantity.
 ABOUT = (
     r"status|stat|sta|state|qbit|bit|valid|error|err|fehler\w*|fault|warn\w*|max|min|mx|limit\w*|grenze|gradient|delta|"
@@ -69,8 +70,12 @@ _FLAG = (1, 16)
 _PEDAL = r"pedal\w*|fahrpedal\w*|app|pps|accelerator\w*"
 
 RULES = (
-    Rule("motor_current", (r"current|curr|cur|strom|\w*strom|amps?|i", rf"{_MOTOR}|{THROTTLE}"), needs_unit=True),
-    Rule("motor_voltage", (r"voltage|volt|spannung|\w*spannung|u", _MOTOR), needs_unit=True),
+    Rule(
+        "motor_current",
+        (rf"current|curr|cur|strom|\w*strom|amps?|i|{_MOTOR_CURRENT}", rf"{_MOTOR}|{THROTTLE}"),
+        needs_unit=True,
+    ),
+    Rule("motor_voltage", (rf"voltage|volt|spannung|\w*spannung|u|{_MOTOR_VOLTAGE}", _MOTOR), needs_unit=True),
     Rule("motor_duty", (r"duty|pwm|tastverh\w*|dutycycle",)),
     Rule(
         "motor_angle",
@@ -91,7 +96,7 @@ RULES = (
         "throttle_position",
         (THROTTLE,),
         better=r"raw|volt\w*|sensor|track|adc",
-        never=f"{ABOUT}|{_PEDAL}|supply",
+        never=f"{ABOUT}|{_PEDAL}|{_MOTOR}|supply|duty|drive|coil",
         needs_unit=True,
     ),
     Rule(
