@@ -44,7 +44,7 @@ def write_explanation(
 
     The folder exists.
 
-    `inputs` are the files and sessions that it was made from.
+    `inputs` are the files and sessions that it was made from. Each is shown with its folder: two may have one name.
     """
     for name in _PICTURES:  # an earlier answer's are not of these data
         (folder / f"{name}.png").unlink(missing_ok=True)
@@ -88,7 +88,7 @@ def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]], folder: Pat
         limits=detection_text(found),
         written=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
         version=__version__,
-        inputs=[(path.name, _hash(path)) for path in inputs],
+        inputs=[(str(Path(*path.parts[-2:])), _hash(path)) for path in inputs],
         links=[name for name in WRITTEN if (folder / name).is_file()],
     )
 
