@@ -154,7 +154,7 @@ def truth_beside(case, known):
 
 
 def told_by_both(truth, other):
-    """The truth of two records of one unit: what one of them tells apart is told apart."""
+    """The truth of two records of one unit: what one of them distinguishes is distinguished."""
     judged, others = truth["separability"][0], other["separability"][0]
     both = {key: tuple(id_ for id_ in judged[key] if id_ in others[key]) for key in ("look_alikes", "parameters")}
     return {**truth, "separability": [{**judged, **both}]}

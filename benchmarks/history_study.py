@@ -3,7 +3,7 @@
     python benchmarks/history_study.py [--reports 400] [--first 1000]
 
 Repeats scatter by 1 % (sigma), units by 4 %, as benches in production do. Prints, over so many reports each: false
-alarms of drift, how often a drift is found and laid at the right door, how often intervals hold the truth, and how
+alarms of drift, how often a drift is found and named with the right cause, how often intervals hold the truth, and how
 long a history of many runs takes.
 """
 

@@ -3,6 +3,7 @@
 import argparse
 import ast
 import inspect
+import math
 from pathlib import Path
 
 import etb_hil
@@ -158,7 +159,8 @@ def effects():
     parts = [
         (
             "# Effects\n\nWhat the base model leaves out; a model file names them by id under `effects`, "
-            "an explanation finds them. [How to write and to add one](../howto/own_effect.md).\n"
+            "an explanation finds them. [How to write and to add one](../howto/own_effect.md). Angles are in degrees; "
+            "a model file may state any unit of the same kind.\n"
         ),
         "| effect | acts at | needs | looks like |\n|---|---|---|---|",
         *(
@@ -171,16 +173,18 @@ def effects():
     for effect in CATALOGUE.values():
         parts.append(f"## {effect.id}\n\n    {effect.equation}\n")
         parts.append("| parameter | unit | from | to | source |\n|---|---|---|---|---|")
-        parts += [f"| `{p.name}` | {p.unit} | {p.low:g} | {p.high:g} | {_cell(p.source)} |" for p in effect.stated]
-        parts.append(f"\n- In data: {effect.looks_like}.\n- On the unit: {effect.check}.")
+        parts += [_bounds(p) for p in effect.stated]
+        parts.append(f"\n- In data: {_sentence(effect.looks_like)}\n- On the unit: {_sentence(effect.check)}")
         if effect.look_alikes:
-            alike = ", ".join(f"`{name}`" for name in effect.look_alikes)
-            parts.append(f"- Looks like: {alike}; told apart by {effect.separated_by}.")
+            pairs = ", ".join(f"`{name}`" for name in effect.look_alikes)
+            parts.append(f"- Looks like: {pairs}; distinguished by {_sentence(effect.separated_by)}")
         parts.append(f"- Balance: {effect.balance.name.lower()}; parity: {effect.parity.value}.")
-        parts.append(f"- Source: {effect.source}.{f' {effect.limits}' if effect.limits else ''}\n")
+        if effect.limits:
+            parts.append(f"- Limits: {_sentence(effect.limits)}")
+        parts.append(f"- Source: {_sentence(effect.source)}\n")
     parts.append(
         "## Ports\n\nWhere terms enter the equations, and what their functions may ask for beside parameters. "
-        "Closed ports belong to this package's own effects.\n\n"
+        "Functions take and return SI units, angles in rad. Closed ports belong to this package's own effects.\n\n"
         "| port | what a term there is | unit | several terms | quantities | states | |\n|---|---|---|---|---|---|---|"
     )
     parts += [
@@ -190,6 +194,19 @@ def effects():
     ]
     parts.append("")
     return "\n".join(parts)
+
+
+def _bounds(parameter):
+    """Return a row of a parameter's bounds, angles in degrees."""
+    low, high, unit = parameter.low, parameter.high, parameter.unit
+    if unit in {"rad", "rad/s"}:
+        low, high = (float(f"{math.degrees(bound):.3g}") for bound in (low, high))
+        unit = unit.replace("rad", "deg")
+    return f"| `{parameter.name}` | {unit} | {low:g} | {high:g} | {_cell(parameter.source)} |"
+
+
+def _sentence(text):
+    return text if text.endswith((".", "?", "!")) else f"{text}."
 
 
 def measurements():

@@ -31,7 +31,7 @@ COMMANDS = {
     "plot": "draw what a session, a log or a table holds, role by role over time",
     "controller": "be the virtual throttle controller on a bus",
     "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
-    "isolability": "tell which effects a planned scenario could tell apart",
+    "isolability": "list the effects that a planned scenario could isolate",
     "station": "say what a station tests, whether its bench is fit, and which sessions need not be kept",
     "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
     "store": "say what a store of results holds; export, copy or delete runs of it",

@@ -73,7 +73,7 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
     temperature = np.where(np.isnan(temperature), _ROOM, temperature)
     slow = np.abs(velocity) < FASTEST
     if not np.any(slow):
-        raise ValueError("no run has windows slow enough to tell places apart")
+        raise ValueError("no run has windows slow enough to distinguish places")
     column = np.floor(angle[slow] / CELL).astype(np.int64)
     row = np.floor(temperature[slow] / TEMPERATURE_CELL).astype(np.int64)
     columns, rows = np.arange(column.min(), column.max() + 1), np.arange(row.min(), row.max() + 1)

@@ -2,7 +2,7 @@
 
 Passes over the same places share it; they share no noise.
 
-Windows in a cell scatter by it as they do by noise, so no scatter tells the two apart. What two passes the same way
+Windows in a cell scatter by it as they do by noise, so no scatter distinguishes the two. What two passes the same way
 have in common at the same place does: noise has nothing in common with itself.
 """
 

@@ -12,7 +12,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64
 
-_SINGULAR = 1e-14  # a pivot below this share of its diagonal: the data do not tell the parameters apart
+_SINGULAR = 1e-14  # a pivot below this share of its diagonal: the data do not distinguish the parameters
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""What a newcomer types is what the door checks."""
+"""What a newcomer types is what CI checks."""
 
 from __future__ import annotations
 

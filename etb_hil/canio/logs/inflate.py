@@ -33,7 +33,7 @@ def inflate(packed: bytes | memoryview, size: int, *, cut: bool = False) -> byte
     inflate to nonsense, and only the checksum at the end tells.
     """
     if libdeflate is not None:
-        with suppress(libdeflate.DeflateError):  # damaged, cut off or longer than it says: zlib tells them apart
+        with suppress(libdeflate.DeflateError):  # damaged, cut off or longer than it says: zlib distinguishes them
             return libdeflate.zlib_decompress(packed, max(size, 1))
     if len(packed) * _MOST_RATIO <= MOST_BYTES:
         with suppress(zlib.error):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
 SLOW = 1.0  # rad/s, the highest speed of a slow pass
-_SAME = 0.1  # share by which the speeds of passes may differ: friction and springs do not tell them apart
+_SAME = 0.1  # share by which the speeds of passes may differ: friction and springs do not distinguish them
 _SETTLE_S = 0.1  # after the set-point's speed became steady: the loop has settled
 _TURNED = 8.0  # factors e: 0.03 % is left, which of the stock unit is 0.06 mN·m and a fifth of the noise of a bin
 _FEWEST = 10  # commands of a pass without its ends: its speed is known to a percent

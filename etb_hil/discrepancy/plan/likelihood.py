@@ -42,7 +42,7 @@ _IDLE = "nothing is left beside the first cause"
 def weigh(findings: Findings) -> tuple[Isolation, ...]:
     """Judge findings by the likelihood of their longest record.
 
-    Returns what that tells apart. Removed from an ambiguity group is what the whole record makes unlikely. A likelier
+    Returns what that distinguishes. Removed from an ambiguity group is what the whole record makes unlikely. A likelier
     parameter takes the place of an effect that is the only cause. Later causes are dropped where the misfit with the
     first one is immaterial. With an immaterial misfit nothing is unexplained. Findings of drives and of a plug-in's
     effect, and those cut short, stay as they are.

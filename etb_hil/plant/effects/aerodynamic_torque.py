@@ -29,7 +29,7 @@ EFFECT = Effect(
         shape("peakedness", "1", 0.4, 6.0, (1.0, 2.0), "how narrow it is"),
     ),
     looks_like="a torque humped over the angle, nil at both ends, equal in both directions",
-    check="was the throttle blown through?",
+    check="air flow through the throttle during the measurement",
     look_alikes=("spring_nonlinear",),
     separated_by="flow on and off at one angle",
     source="seed paper, II.C; Morris and Dutton 1989 (butterfly valves)",
