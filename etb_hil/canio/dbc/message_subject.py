@@ -1,4 +1,7 @@
-"""Which unit the messages of a DBC file are about: the throttle's controller or another one of a vehicle."""
+"""Which unit each message of a DBC file is about.
+
+The unit is the throttle, with its controller, or another one of a vehicle.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ class Subject(Enum):
 
 
 def subjects_of(database: Database) -> dict[str, Subject]:
-    """Return what each message is about, by its name; nothing where no message names a throttle."""
+    """Return what each message is about, by its name.
+
+    The result is empty where no message names a throttle.
+    """
     messages = database.messages
     if not any(_count(THROTTLE, message, with_senders=True) for message in messages):
         return {}
@@ -50,7 +56,7 @@ def words_of(name: str) -> list[str]:
 
 
 def first_match(pattern: str, words: list[str]) -> str | None:
-    """Return the first word that a pattern matches as a whole, None where there is none."""
+    """Return the first word that a pattern matches as a whole, or None."""
     return next((word for word in words if re.fullmatch(pattern, word)), None)
 
 

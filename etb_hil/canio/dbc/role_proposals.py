@@ -240,7 +240,7 @@ def _names_our_modes(signal: Signal) -> bool:
 
 
 def _other_numbers(role: str, signal: Signal) -> str:
-    """Return the value table of a mode that has other numbers than the role, or an empty text."""
+    """Return a mode's value table where it differs from the role's, or ""."""
     table = _table(signal)
     if role not in {"mode", "command_mode"} or not _differs(table):
         return ""
