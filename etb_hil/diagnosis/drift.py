@@ -132,7 +132,7 @@ def _elapsed(ticks: Ticks) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class _Slow:
-    """Slow windows (m): what they leave of friction, as a share of it, and what that may come from.
+    """Slow windows (m) with their residual `excess` as a share of friction.
 
     `share` (m) is the time, from -1 at the first to 1 at the last; `others` (m, p) are levels of speed and springs.
     """
@@ -140,17 +140,17 @@ class _Slow:
     share: Float64
     others: Float64
     excess: Float64
-    stretch: Int64
+    segment: Int64
     first: float
     last: float
 
     def coefficient(self, *powers: int) -> tuple[float, float] | None:
-        """Return the coefficient of the first power of time beside the others, with its standard error.
+        """Return the coefficient of the first power of time and its standard error.
 
-        None where the data leave it open.
+        All powers and `others` are fitted jointly. None where the data leave it open.
         """
         columns = [(self.share**power)[:, None] for power in powers]
-        return _fitted(np.concatenate([*columns, self.others], axis=1), self.excess, self.stretch)
+        return _fitted(np.concatenate([*columns, self.others], axis=1), self.excess, self.segment)
 
 
 def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> _Slow | None:
@@ -162,10 +162,10 @@ def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) 
     time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]
     first, last = float(time.min()), float(time.max())
     speed = np.searchsorted(_SPEEDS, np.abs(velocity))
-    alike = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
+    same_speed = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
     springs = (np.sign(velocity) / steady_level(velocity, fit.parameters))[:, None] * evidence.errors[shown, 1:]
     share = (time - 0.5 * (last + first)) / (0.5 * (last - first))
-    others = np.concatenate([alike, springs], axis=1)
+    others = np.concatenate([same_speed, springs], axis=1)
     return _Slow(share, others, excess_of(evidence, fit)[shown], evidence.cluster[shown], first, last)
 
 
@@ -183,7 +183,10 @@ def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit)
 
 
 def _is_bent(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> bool:
-    """Return whether a line does not do for what a fit leaves over time, or nobody can tell."""
+    """Return whether a line fails to describe the residual over time.
+
+    True also where the data cannot decide.
+    """
     slow = _slow(ticks, windows, evidence, fit)
     bend = None if slow is None else slow.coefficient(2, 1)
     return bend is None or abs(bend[0]) > _SURE * bend[1]
