@@ -19,9 +19,10 @@ shutil.copytree(HERE.parent / "benchmarks" / "results", RESULTS, dirs_exist_ok=T
 
 
 def _to_copies(_, page, source):
-    """Lead links to tables of results to the copies, and links to a package's source to its page."""
+    """Lead links to results, pages and source to where a build has them."""
     copies, made = (os.path.relpath(folder, (HERE / page).parent) for folder in (RESULTS, HERE / "reference"))
     text = re.sub(r"(?:\.\./)+benchmarks/results/", f"{copies}/", source[0])
+    text = re.sub(r"\((?:\.\./)+docs/", f"({os.path.relpath(HERE, (HERE / page).parent)}/", text)
     text = re.sub(r"\((?:\.\./)+etb_hil/api/\)", f"({made}/python.md)", text)
     source[0] = re.sub(r"\((?:\.\./)+etb_hil/(\w+)/[\w/]*(?:\.py)?\)", rf"({made}/packages/\1.md)", text)
 
