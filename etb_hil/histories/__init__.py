@@ -1,4 +1,4 @@
-"""What many runs say together: charts, capability, gauge R&R, drift.
+"""Statistics of many runs: control charts, capability, gauge R&R, drift.
 
 The influence of temperature is taken out first.
 """

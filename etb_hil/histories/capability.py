@@ -37,8 +37,8 @@ class Capability:
     `cpk` and `cp` go by the spread from unit to unit, `ppk` by the whole spread.
 
     `cp` is None where only one side has a limit. Beyond the normal distribution and the lognormal one, a spread from
-    unit to unit is not known: all rest on the whole one. A process that is not steady (`steady` False) has no
-    capability that would hold tomorrow; the indices then only say how the past was.
+    unit to unit is not known: all rest on the whole one. Of a process that is not in control (`steady` False) the
+    indices describe the past only.
     """
 
     count: int

@@ -39,7 +39,7 @@ class NumberHistory:
     `compared` is NaN where the law does not carry to 20 degC, and may be off by `uncertainty` (n) where it does, 95 %.
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
     their latest runs, one value a unit. `shape` is their distribution: on it rest the capability and `tolerance_limit`,
-    which less than 1 % of their like exceed, with 95 % confidence. What the runs cannot tell is None.
+    which less than 1 % of such units exceed, with 95 % confidence. What the runs cannot tell is None.
     """
 
     id: str

@@ -21,7 +21,7 @@ _TO_SIGMA = 1.4826  # of a median distance from the median
 def factor(count: int) -> float:
     """Return the one-sided tolerance factor of a normal distribution (Natrella 1963).
 
-    So many standard deviations above the mean of `count` values lie less than 1 % of their like, with 95 % confidence.
+    So many standard deviations above the mean of `count` values lie less than 1 % of such units, with 95 % confidence.
     """
     a = 1.0 - _CONFIDENCE**2 / (2.0 * (count - 1.0))
     b = _CONTENT**2 - _CONFIDENCE**2 / count

@@ -54,7 +54,7 @@ def spread(number: NumberHistory) -> Figure:
         for at, label in ((shape.low, name), (shape.median, None), (shape.high, None)):
             axes.axvline(at, color=CLOSING, linestyle="--", label=label)
     if number.tolerance_limit is not None:
-        axes.axvline(number.tolerance_limit, color=INK, linestyle="-.", label="99 % lie below, 95 % sure")
+        axes.axvline(number.tolerance_limit, color=INK, linestyle="-.", label="99 % of units below, 95 % confidence")
     draw_limits(axes.axvline, number, "limit")
     legend_below(figure, 2)
     return figure

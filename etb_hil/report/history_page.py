@@ -100,7 +100,7 @@ def _badges(number: NumberHistory) -> list[tuple[str, str]]:
     badges = []
     if number.chart is not None:
         steady = number.chart.is_steady
-        badges.append(("good", "steady") if steady else ("unsure", "not steady"))
+        badges.append(("good", "in control") if steady else ("unsure", "not in control"))
         has_limit = number.limit_low is not None or number.limit_high is not None
         if number.capability is not None:
             index = number.capability.ppk
@@ -130,7 +130,7 @@ def _gauge(study: GaugeStudy, unit: str) -> dict[str, Any]:
     ]  # fmt: skip
     note = (
         f"{study.units} units x {study.benches} benches x {study.trials} runs. Distinct categories: "
-        f"{study.categories}; {ENOUGH_CATEGORIES} are asked for. A gauge is good below {100 * GOOD:.0f} % and usable "
+        f"{study.categories}; {ENOUGH_CATEGORIES} are needed. A gauge is good below {100 * GOOD:.0f} % and usable "
         f"up to {100 * USABLE:.0f} % of the study's variation (AIAG, MSA, 4th edition 2010)."
     )
     return {"verdict": study.verdict, "rows": rows, "note": note}

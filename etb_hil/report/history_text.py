@@ -1,4 +1,4 @@
-"""A history as text of 80 columns: a row a run, then what the runs say."""
+"""Format a history as text of 80 columns: a table of the runs, then statistics."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def history_text(history: History, rows: int) -> str:
         for entry in lacking(number):
             missing.setdefault(entry, []).append(number.id)
     if missing:
-        lines += ["", "Not told yet"]
+        lines += ["", "Not enough runs for"]
     for (name, text), ids in missing.items():
         whose = "" if name == "Temperature" or len(ids) == len(numbers) else f"{', '.join(ids)}: "
         lines += _entry(name, whose + text)
@@ -79,20 +79,20 @@ def _table(history: History, rows: int) -> Iterator[str]:
 
 
 def lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
-    """Yield what the runs do not tell, and what it would take."""
+    """Yield the statistics for which there are too few runs, and what they need."""
     if number.id in FRICTION and number.temperature is None:
         seen = f"fewer than {FEWEST_UNITS} units were seen at temperatures {LEAST_SPREAD:.0f} K apart"
         yield "Temperature", f"{seen}. Values are compared as measured."
     if number.chart is None:
         yield "Control chart", f"no limits from fewer than {FEWEST} units; there are {len(number.charted)}."
     if number.gauge is None:
-        yield "Gauge R&R", "at least 2 units, not all equal, must be there twice each, on one bench or on several."
+        yield "Gauge R&R", "needs at least 2 different units with 2 runs each, on one bench or on several."
     if not number.drifts and not number.looked_at:
         yield "Drift", f"no unit and no bench has {LEAST} runs of units that were measured again."
 
 
 def statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
-    """Yield what the runs say of a measurement: a name and sentences each."""
+    """Yield the statistics of a measurement: a name and sentences each."""
     if number.temperature is not None:
         yield "Temperature", _temperature(number.temperature, int(np.count_nonzero(np.isnan(number.compared))))
     if number.chart is not None:
@@ -101,7 +101,7 @@ def statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
     if number.tolerance_limit is not None:
         yield "Population", _population(number.tolerance_limit, len(number.charted), number.temperature)
     if number.capability is not None and number.shape is not None:
-        yield "Capability", _capability(number.capability, by_quantiles=not number.shape.is_normal)
+        yield "Capability", _capability(number.capability, number, by_quantiles=not number.shape.is_normal)
     if number.gauge is not None:
         yield "Gauge R&R", _gauge(number.gauge, number.unit)
     if number.rises is not None:
@@ -115,13 +115,13 @@ def statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
 def _chart(chart: ControlChart, number: NumberHistory) -> str:
     found = dict(sorted({**chart.shifts.signals, **chart.signals}.items()))
     signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in found.items()]
-    state = "NOT STEADY: " + "; ".join(signals[:5]) if signals else f"steady by {TESTS}"
+    state = "NOT IN CONTROL: " + "; ".join(signals[:5]) if signals else f"in control by {TESTS}"
     more = f"; {len(signals) - 5} more in history.json" if len(signals) > 5 else ""
     unit = number.unit
     limits = f"limits {plain(chart.low, unit)} to {quantity(chart.high, unit)}"
     centre = f"{len(chart.values)} units, centre {quantity(chart.centre, unit)}"
     ranges = f"moving range {quantity(chart.mean_range, unit)}"
-    chance = f"A steady process gives such a signal once in {RUN_LENGTH['all']} units" if signals else ""
+    chance = f"A process in control gives such a signal once in {RUN_LENGTH['all']} units" if signals else ""
     if signals and (number.shape is None or not number.shape.is_normal):
         chance += " where values are normally distributed; these are not, and give one more often"
     chance += "." if chance else ""
@@ -149,36 +149,37 @@ def _p(p: float) -> str:
 def _temperature(effect: TemperatureEffect, left_out: int) -> str:
     text = (
         f"{100 * effect.coefficient:+.2f} %/K (95 %: {100 * effect.low:+.2f} to {100 * effect.high:+.2f}), from "
-        f"{effect.runs} runs of {effect.units} units at {effect.coldest:.0f} to {effect.warmest:.0f} °C; taken out."
+        f"{effect.runs} runs of {effect.units} units at {effect.coldest:.0f} to {effect.warmest:.0f} °C; "
+        f"corrected to {REFERENCE:.0f} °C."
     )
     if not left_out:
         return text
-    beyond = f"their temperature is unknown, or it is too far from {REFERENCE:.0f} °C for a law as unsure as that"
-    return f"{text} Runs left out of what follows: {left_out}; {beyond}."
+    beyond = f"their temperature is unknown, or too far from {REFERENCE:.0f} °C for this coefficient's interval"
+    return f"{text} Runs left out below: {left_out}; {beyond}."
 
 
 def _population(limit: float, units: int, law: TemperatureEffect | None) -> str:
-    text = f"99 % of their like lie below {quantity(limit, 'N·m')}"
+    text = f"With 95 % confidence, 99 % of units lie below {quantity(limit, 'N·m')}"
     if law is None:
-        return f"{text} as measured (95 % confidence, from {units} units)."
+        return f"{text} as measured ({units} units)."
     stated = (
         f"coefficient: {100 * law.coefficient:.2f} %/K, reference: {REFERENCE:.0f} degC, "
         f"between: [{law.coldest:.0f} degC, {law.warmest:.0f} degC]"
     )
-    at_reference = f"{text} at {REFERENCE:.0f} °C (95 % confidence, from {units} units)"
-    return f"{at_reference}. As a limits file follows temperature: {{{stated}}}."
+    at_reference = f"{text} at {REFERENCE:.0f} °C ({units} units)"
+    return f"{at_reference}. Temperature law for a limits file: {{{stated}}}."
 
 
-def _capability(found: Capability, *, by_quantiles: bool) -> str:
+def _capability(found: Capability, number: NumberHistory, *, by_quantiles: bool) -> str:
+    missing = "lower" if number.limit_low is None else "upper"
+    index = "Ppk" if by_quantiles else "Cpk"
     text = "" if by_quantiles else f"Cpk {_index(found.cpk)}, "
     text += f"Ppk {_index(found.ppk)}{' by quantiles' if by_quantiles else ''}, "
-    text += "Cp none: one side has no limit" if found.cp is None else f"Cp {_index(found.cp)}"
-    text += f"; {found.count} units"
-    if found.is_preliminary:
-        text += ", preliminary: 25 are asked for"
+    text += f"Cp is undefined: there is no {missing} limit" if found.cp is None else f"Cp {_index(found.cp)}"
+    text += f". Preliminary: {found.count} units, 25 needed." if found.is_preliminary else f"; {found.count} units."
     if not found.steady:
-        text += "; the process is not steady, so that this holds for the past alone"
-    return f"{text}."
+        text += f" The process is not in control, so {index} describes the past only."
+    return text
 
 
 def _index(index: Index) -> str:
@@ -197,7 +198,7 @@ def _gauge(study: GaugeStudy, unit: str) -> str:
         text += f"AV {_spread(study.reproducibility, unit)}, "
     text += f"PV {spread_text(study.part, unit)}"
     if study.units < 10:
-        text += "; the manual asks for 10 units"
+        text += "; the MSA manual requires 10 units"
     limits = f"{100 * GOOD:.0f} and {100 * USABLE:.0f} %, {ENOUGH_CATEGORIES} categories"
     return f"{text}. This gauge is {study.verdict.upper()} (limits: {limits})."
 
@@ -218,7 +219,7 @@ def _drift(drift: Drift) -> str:
     )
     if drift.kind == "bench":
         return f"{text} Check it with a golden unit and look at its current sensor."
-    return f"{text} It or its bench: no other unit was there again." if drift.alone else text
+    return f"{text} The unit or its bench: no other unit was measured again." if drift.alone else text
 
 
 def _rises(rises: Rises) -> str:
@@ -228,7 +229,7 @@ def _rises(rises: Rises) -> str:
         names = ", ".join(printable(unit, 30) for unit in rises.apart[:5])
         why = f"more than {LEAST_SPREAD:.0f} K from their first test or at unknown temperatures, and the other units"
         whose = f"latest run of {len(rises.apart)} ({names})"
-        apart = f" Not compared: {whose}; measured {why} do not tell the law well enough."
+        apart = f" Not compared: {whose}; measured {why} do not determine the coefficient well enough."
     if not rises.looked_at:
         return apart.lstrip()
     if not rises.found:

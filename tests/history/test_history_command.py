@@ -110,21 +110,25 @@ def test_tables_hold_every_run(tmp_path):
 def test_what_few_runs_do_not_tell_is_said_once():
     text = history_text(histories([made_up.run(k, f"U{k}", 0.17) for k in range(2)])[0], 20)
     assert text.count("Control chart") == text.count("Gauge R&R") == text.count("Drift") == 1
-    assert text.index("Not told yet") < text.index("Control chart  no limits from fewer than 8 units; there are 2.")
+    assert text.index("Not enough runs for") < text.index(
+        "Control chart  no limits from fewer than 8 units; there are 2."
+    )
     assert "T_st, break-away friction" not in text
-    assert "Not told yet" not in history_text(histories(made_up.production(9, 30, warm=30.0, benches=("x", "y")))[0], 5)
+    assert "Not enough runs for" not in history_text(
+        histories(made_up.production(9, 30, warm=30.0, benches=("x", "y")))[0], 5
+    )
 
 
 def test_text_is_plain_and_narrow():
     runs = made_up.production(9, 30, coefficient=-0.003, warm=30.0, benches=("x", "y"))
     text = history_text(histories(runs)[0], 5)
     assert "Cpk" in text
-    assert "Cp none: one side has no limit" in text
+    assert "Cp is undefined: there is no lower limit" in " ".join(text.split())
     runs += [made_up.run(900 + k, "\x1b[31m" * 20, 0.17 + 0.004 * k) for k in range(12)]
     text = history_text(histories(runs)[0], 500)
     assert max(map(len, text.splitlines())) <= 80
     assert "\x1b" not in text
-    for word in ("%/K", "NOT STEADY", "Distribution", "distinct categories", "ALARM: unit"):
+    for word in ("%/K", "NOT IN CONTROL", "Distribution", "distinct categories", "ALARM: unit"):
         assert word in text
 
 

@@ -152,10 +152,10 @@ def test_less_than_one_percent_exceed_a_tolerance_limit():
     number = histories(runs)[0].numbers[0]
     assert number.tolerance_limit == tolerance_limit(number.shape)
     text = " ".join(history_text(histories(runs)[0], 5).split())
-    assert f"99 % of their like lie below {number.tolerance_limit:.3f} N·m at 20 °C" in text
+    assert f"With 95 % confidence, 99 % of units lie below {number.tolerance_limit:.3f} N·m at 20 °C" in text
     assert f"coefficient: {100 * number.temperature.coefficient:.2f} %/K, reference: 20 degC" in text
     text = " ".join(history_text(histories(made_up.production(3, 12))[0], 5).split())
-    assert "N·m as measured (95 % confidence, from 12 units)" in text
+    assert "N·m as measured (12 units)" in text
 
 
 def test_capability_is_of_one_temperature():
