@@ -1,4 +1,4 @@
 """The throttle as a state-space model: its filter, likelihood and fit.
 
-It has one step of the equations, and sensitivities, too.
+The package also holds one step of the equations, and the sensitivities.
 """

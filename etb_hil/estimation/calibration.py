@@ -62,7 +62,7 @@ class Fitted:
     def covariance(self) -> Float64:
         """Posterior covariance of the unknowns (c, c), by Laplace's approximation.
 
-        It is in their units.
+        Entries are in the units of the unknowns.
         """
         scale = _scale(self.unknowns)
         return np.asarray(np.linalg.inv(self._curved) * np.outer(scale, scale))
@@ -93,7 +93,7 @@ class Fitted:
 def prior_slope(parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
     """Return slope and curvature (c) of the logarithm of the prior.
 
-    They are in units of its standard deviations.
+    Both are in units of the prior's standard deviations.
     """
     away = np.array([parameters[one.place] - one.mean for one in unknowns])
     scale, reach = _scale(unknowns), np.array([one.reach for one in unknowns])
@@ -105,7 +105,7 @@ def prior_slope(parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float
 def over(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
     """Return how far unknowns are beyond their tolerances (c).
 
-    It is in standard deviations of the wall.
+    Distances are in standard deviations of the wall.
     """
     away = np.array([abs(parameters[one.place] - one.mean) for one in unknowns])
     reach = np.array([one.reach for one in unknowns])

@@ -117,9 +117,9 @@ def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, i
 
 
 def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Smoothed:
-    """Return the states of a record by all of its readings.
+    """Return the states of a record, smoothed by all of its readings.
 
-    They are those before and after (Rauch, Tung and Striebel 1965).
+    Earlier and later readings count (Rauch, Tung and Striebel 1965).
     """
     found, covariances, spreads = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
     states = found.states.copy()

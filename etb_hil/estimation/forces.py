@@ -73,7 +73,7 @@ _LEVELS = {
 def _function(effect: Effect) -> compose.Made:
     """Return a function that fills in what an effect adds.
 
-    It takes (state, inputs, memory, parameters, out).
+    The function takes (state, inputs, memory, parameters, out).
     """
     scope: dict[str, Any] = {
         "SLOW": SLOW, "KT": TORQUE_PER_AMPERE, "KE": BACK_EMF, "VISCOUS": VISCOUS, "RESISTANCE": RESISTANCE,
@@ -118,7 +118,7 @@ def _function(effect: Effect) -> compose.Made:
 def _passing(effect: Effect) -> compose.Made:
     """Return a function that moves an effect's states by dt s in place.
 
-    It moves the memory of the effect's sensor, too.
+    The function moves the memory of the effect's sensor, too.
     """
     scope: dict[str, Any] = {"SLOW": SLOW}
     lines = ["slow = remembered[:SLOW]"]
@@ -144,9 +144,9 @@ def _compiled(
 def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> compose.Made:
     """Return a function that fills in what an effect adds along a motion.
 
-    It goes sample by sample; see `along`.
+    The function goes sample by sample; see `along`.
 
-    A loop for each effect: one call for each sample costs as much as what it returns.
+    Each effect has a loop of its own: one call for each sample costs as much as what it returns.
     """
     scope: dict[str, Any] = {"f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE}
     lines = [
@@ -195,7 +195,7 @@ _starts = compose.starts(OWN)
 def remembered(temperature: float, p: Vector) -> Vector:
     """Return what effects remember at the start of a record.
 
-    It is float64 (`MEMORY`), at a temperature in degC.
+    The array is float64 (`MEMORY`); `temperature` is in degC.
     """
     found = np.zeros(MEMORY)
     _starts(0.0, temperature, found[:SLOW], p)

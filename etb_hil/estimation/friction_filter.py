@@ -1,6 +1,6 @@
 """An extended Kalman filter of motion along LuGre friction, compiled.
 
-It adapts its own parameters.
+The filter adapts its own parameters.
 
 State and parameters are those of `motion`, the current is the input and the plate angle the measurement. The torque
 constant is not adapted: it is the unit that friction is measured in (whoever scales motor, springs, inertia and
@@ -184,7 +184,7 @@ def _predict(
 def _excess(s: Vector, dt: float) -> float:
     """Return the square of the mean innovation beyond that of white ones.
 
-    It is in the innovations' own variances.
+    The unit is the innovations' own variance.
     """
     return s[MEAN_INNOVATION] ** 2 * (2.0 * _MEAN_OVER / dt + 1.0) - _WHITE
 
@@ -273,9 +273,9 @@ def _estimate(
 ) -> tuple[float, float]:
     """Keep parameters inside their bounds, and return the friction torque.
 
-    Its standard deviation follows, both in N·m.
+    The second value is its standard deviation; both are in N·m.
 
-    `misfit`: what was learnt of bristles that are not LuGre's, a share of T_c squared. It counts while they bend.
+    `misfit`: the estimated deviation of the bristles from LuGre's, a share of T_c squared. It counts while they bend.
     """
     if n > MOVING:
         for k in range(len(ADAPTED)):
@@ -326,7 +326,7 @@ def run_filter(
 ) -> None:
     """Filter samples, and fill in velocity, friction torque and its deviation.
 
-    They are in rad/s and N·m; the deviation is a standard deviation.
+    Velocities are in rad/s, torques in N·m; the deviation is a standard deviation.
 
     Instants in ns, current in A, angle in rad. State, covariance, parameters (`lowest`, `highest`: their bounds, those
     of T_c last) and what is carried are changed in place; the first `n` states are estimated, the others stay. A sample

@@ -1,6 +1,6 @@
 """The extended Kalman filter on the throttle's equations, compiled.
 
-It gives the likelihood; the smoother is here, too.
+The filter gives the likelihood; the smoother is in this module, too.
 
 The readings of a sample are taken in one after the other: their whitened innovations are the record's likelihood. What
 the equations lack is process noise of free size: a disturbance torque and a disturbance voltage. Large innovations
@@ -89,7 +89,7 @@ def acting_on(
 ) -> None:
     """Fill in what active effects add at a state, with its derivatives.
 
-    They are those by angle and velocity.
+    Derivatives are by angle and by velocity.
 
     `acting` (`ACTING`); `out` (4, `forces.ADDED`): what they add, the differences of that by the angle and by the
     current, and room.
@@ -122,8 +122,8 @@ def predict(
 ) -> None:
     """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
-    As `throttle.step` does, in steps that are short enough; what acts follows the angle and the velocity by its
-    derivatives. `work` (2, at least `MOVING`).
+    The equations are those of `throttle.step`, in steps that are short enough. What acts follows the angle and the
+    velocity by its derivatives. `work` (2, at least `MOVING`).
     """
     parts = int(dt / _LONGEST - 1e-6) + 1
     h = dt / parts
@@ -141,7 +141,7 @@ def predict(
 def _spread(cov: Float64, f: Float64, b: Float64, x: Vector, p: Vector, dt: float, s: Vector, room: Float64) -> None:
     """Carry the covariance over a sample of dt s.
 
-    What the equations may lack in that time is added.
+    Process noise, for what the equations lack in that time, is added.
     """
     for i in range(STATES):
         f0, f1, f2, f3, f4, f5 = f[i, 0], f[i, 1], f[i, 2], f[i, 3], f[i, 4], f[i, 5]

@@ -89,7 +89,7 @@ def spring(theta: float, p: Vector) -> tuple[float, float, float]:
 def _first_way(x: Vector, p: Vector, motor: float, by_way: float, h: float) -> float:
     """Return the way in rad of the explicit prediction.
 
-    It takes the bristles' stiffness into account.
+    The prediction takes the bristles' stiffness into account.
     """
     omega, bristle = x[OMEGA], x[BRISTLE]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])

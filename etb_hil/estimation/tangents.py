@@ -1,6 +1,6 @@
 """Sensitivities of a filter's innovations, and their normal matrix, compiled.
 
-They are those to parameters and effects.
+Sensitivities are to base parameters and to effects.
 
 The tangent of state and innovation at fixed gains is a linear recursion along the filtered motion. Whatever an effect
 is, it enters by its braking torque, its share of the friction level or its lost voltage, through the responses of the
@@ -56,7 +56,7 @@ _BLOCK = 256  # samples for which effects are evaluated at a time
 def _carry(s: Float64, move: Float64, response: Float64, push: Float64, out: Float64) -> None:
     """Fill in the tangents (`STATES`, c) after a prediction.
 
-    They follow from those before and from what pushes it (`FORCES`, c).
+    Tangents follow from those before the prediction and from the forces `push` (`FORCES`, c).
     """
     for i in range(STATES):
         f0, f1, f2, f3, f4, f5 = move[i, 0], move[i, 1], move[i, 2], move[i, 3], move[i, 4], move[i, 5]
@@ -86,7 +86,7 @@ def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
 def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64) -> None:
     """Fill in what the equations lack for each unit of a base parameter.
 
-    It is from a state to the predicted one dt s later.
+    The step goes from a state to the predicted one dt s later.
 
     `out` (`PARAMETERS`, `FORCES` + 1): the forces, and what is added to the bristle torque at the end; 0 elsewhere.
     """

@@ -1,6 +1,6 @@
 """One step of the whole throttle with its derivatives, compiled.
 
-It has winding, plate and two disturbances.
+The step has winding, plate and two disturbances.
 
 The winding's equation is solved exactly under the step's constant voltage and the mean back-EMF of its way; the mean
 current drives the momentum balance of `motion`. The disturbance torque and voltage are Ornstein-Uhlenbeck processes:
@@ -121,7 +121,7 @@ def _push(b: Float64, j: int, way: float, rises: float, bend: float, emf: float)
 def keep_bristle(x: Vector, p: Vector, level: float) -> None:
     """Keep bristles from being bent further than friction bends them.
 
-    It is done in place; `level` is a share added to friction.
+    The state changes in place; `level` is a share added to friction.
 
     A filter that lets them wind up gets the sign of the velocity wrong; then its disturbance runs away.
     """

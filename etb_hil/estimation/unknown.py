@@ -27,7 +27,7 @@ _EXACT = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")  # teeth 
 class Unknown:
     """A parameter that is fitted.
 
-    It has a place in the vector, and its prior a mean and a standard deviation.
+    An unknown has a place in the vector; its prior has a mean and a standard deviation.
 
     `reach`: how far it may be off before the wall begins, infinite for none. `tied`: what moves along in proportion.
     `low` and `high`: what it never leaves.

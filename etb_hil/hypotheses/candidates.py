@@ -1,4 +1,4 @@
-"""What may be missing in a model.
+"""Candidates for effects that a model lacks.
 
 These are effects in their shapes, and base parameters beyond their tolerances.
 """

@@ -15,8 +15,8 @@ from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
 from etb_hil.hypotheses.constants import (
-    ALIKE,
-    ALIKE_NUMBERS,
+    EQUIVALENT_PARAMETER,
+    EQUIVALENT_SHAPE,
     GAIN,
     IMMATERIAL,
     MATERIAL,
@@ -67,7 +67,7 @@ class Hypothesis:
     @property
     def explains_all_but_little(self) -> bool:
         """Tell whether its misfit is so small that no other shape is in it."""
-        return self.is_of_numbers and self.misfit < ALIKE_NUMBERS * self.without
+        return self.is_of_numbers and self.misfit < EQUIVALENT_PARAMETER * self.without
 
     def excludes(self, other: Hypothesis) -> bool:
         """Tell whether another one is less likely for more than its shape.
@@ -75,15 +75,15 @@ class Hypothesis:
         A shape of the catalogue may not quite be the unit's.
 
         Nats alone do not tell: a shape that is not quite ours costs some. What is excluded has a larger misfit
-        than what the data cannot tell from the cause would have, and the cause removes much of it. Or it is a
+        than one that the data cannot distinguish from the cause, and the cause removes much of it. Or it is a
         coincidence: several independent faults that together leave no less than the cause does.
         """
         more = other.faults - self.faults
         if more > 0 and self.misfit <= other.misfit and self.evidence + RARE * more > other.evidence + GAIN:
             return True
-        alike = (ALIKE_NUMBERS if self.is_of_numbers else ALIKE) * self.without
+        equivalent = (EQUIVALENT_PARAMETER if self.is_of_numbers else EQUIVALENT_SHAPE) * self.without
         is_likelier = self.evidence > other.evidence + GAIN
-        return is_likelier and other.misfit > max(alike, MATERIAL) and self.misfit < NEEDED * other.misfit
+        return is_likelier and other.misfit > max(equivalent, MATERIAL) and self.misfit < NEEDED * other.misfit
 
     def is_idle_beside(self, other: Hypothesis) -> bool:
         """Tell whether it is another one with more in it, which gains nothing."""

@@ -17,10 +17,11 @@ GAIN, NEEDED = 25.0, 0.67
 IMMATERIAL = 0.003
 # Excess of the innovations' mean square over 1 that is none: what data sheets do not say of a sensor's noise.
 WHITE = 0.1
-# Share of what is there that another hypothesis leaves at least, or the data cannot tell it from the cause: that of a
-# cosine of 0.95, by which the hidden cases are judged. Numbers of a model have no shape that may be another than ours.
-ALIKE, ALIKE_NUMBERS = 0.31, 0.1
-MATERIAL = 3.0  # times nothing: less is no reason against a hypothesis
+# Another hypothesis is equivalent to the cause where its misfit is at most this share of the misfit without a cause.
+# An effect's share is that of a cosine of 0.95, by which the hidden cases are judged. A base parameter has no shape
+# that may differ from the unit's, so its share is smaller.
+EQUIVALENT_SHAPE, EQUIVALENT_PARAMETER = 0.31, 0.1
+MATERIAL = 3.0  # a hypothesis with a smaller misfit is not excluded; below 1 a misfit is immaterial
 # Nats against each further fault of a hypothesis: a unit with one fault has another, independent one as often as any
 # part has one, which is at most once in a thousand where parts are made in series.
 RARE = 6.9

@@ -16,10 +16,10 @@ from etb_hil.plant.physics import COULOMB, STICTION, Vector
 Float64 = NDArray[np.float64]
 Residual = Callable[[Vector], Float64]
 
-_RIDGE = 1e-3  # of what is measured nowhere; in squared residuals a scaled unit
-TOLERANCE = 2e-3  # of the cost: a round that gains less is the last
+_RIDGE = 1e-3  # ridge on the scaled unknowns, for directions that no sample determines; in squared residuals
+TOLERANCE = 2e-3  # relative decrease of the cost: the fit ends at an iteration that gains less
 _TRIES = 6
-_TRUST = 0.2  # of what a step was to gain: within it the columns that promised it still hold
+_TRUST = 0.2  # relative error of a step's predicted gain up to which its Jacobian is used again
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +149,8 @@ def _step(
             unknown.put(moved, value)
         tried = fit_of(residual, moved)
         if tried.cost < at.cost:
-            promised = 2.0 * float(right @ step) - float(step @ normal @ step)
-            kept_word = abs(at.cost - tried.cost - promised) < _TRUST * promised
-            return tried, max(damping * 0.1, 1e-6), kept_word
+            predicted = 2.0 * float(right @ step) - float(step @ normal @ step)
+            is_as_predicted = abs(at.cost - tried.cost - predicted) < _TRUST * predicted
+            return tried, max(damping * 0.1, 1e-6), is_as_predicted
         damping = max(damping * 10.0, 1e-3)
     return at, damping, False

@@ -19,19 +19,19 @@ Float64 = NDArray[np.float64]
 # Mean square over the noise floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
 # Healthy units: benchmarks/explain_study.py, kind `nothing`. Decision 0030.
 THRESHOLD = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
-# What varies so much between healthy devices that it rejects alone only where it is this many times its threshold.
+# Groups that vary so much between healthy devices that they reject alone only at REJECTS_ALONE times the threshold.
 LOOSE = np.array([True, True, False, True, False, False, False, False, False])
 REJECTS_ALONE = 6.0
 REJECTING = np.where(LOOSE, REJECTS_ALONE * THRESHOLD, THRESHOLD)
-_OWN = 0.6  # of the samples are independent readings: 60 to 90 Hz pass, at 250 Hz
+_OWN = 0.6  # share of independent readings among the samples: 60 to 90 Hz pass, at 250 Hz
 _SURE = 3.0  # standard deviations; from 1200 samples on every threshold is wider
 EXPLAINED_SHARE = 0.93  # of the excess over the noise floor
-PARAMETER_SHARE = 0.98  # likewise: a parametric fault has no other shape that might leave something
+PARAMETER_SHARE = 0.98  # likewise: a parametric fault has no shape that may differ from the unit's
 AMBIGUITY_MARGIN = 0.05
 AMBIGUITY_SHARE = 0.15  # of what the winner gains
-NONPARAMETRIC_SHARE = 0.3  # share of the rest that a nameless spline may take after a true cause
-UNTOUCHED = 0.5  # of what a group has over its threshold: where as much stays, it is no cause's to leave
-TRIFLE = 0.005  # of the whole excess: a spline that takes less rejects nothing
+NONPARAMETRIC_SHARE = 0.3  # largest share of the residual that a spline explains after a true cause
+UNTOUCHED = 0.5  # share of a group's excess over its threshold: where more remains, no cause has reduced the group
+TRIFLE = 0.005  # of the whole excess: a spline that explains less rejects nothing
 
 
 def parameter_id(name: str) -> str:
