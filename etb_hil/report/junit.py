@@ -2,7 +2,7 @@
 
 A unit is a test suite. What the bench did and what is said of the unit are test cases of their own, so that a bench
 that failed is an error, and never a unit's failure; so is every number that has a limit, and every attempt.
-A cause fails once: the measurement that is the reason of the verdict is told in the unit's case.
+A cause fails once: the unit's case states the measurement that is the reason of the verdict.
 """
 
 from __future__ import annotations
@@ -154,15 +154,22 @@ def _measurement(one: Measurement, results: RunResult) -> ET.Element:
 def _is_the_reason(one: Measurement, results: RunResult) -> bool:
     """Return whether the verdict rests on a measurement.
 
-    Both friction torques are one cause.
+    Friction torques are one cause, together with the margins that friction above its limit reduces.
     """
     reason = results.unit.reason_id
-    kind, of_reason = kind_of(one.id), next((k for k in results.judged if reason.startswith(k.id)), None)
-    if of_reason is None:
-        return False
-    friction = kind_of(of_reason.id)
-    both = kind is not None and friction is not None and kind.is_friction and friction.is_friction
-    return one.id == of_reason.id or both
+    of_reason = next((k for k in results.judged if reason.startswith(k.id)), None)
+    if of_reason is None or one.id == of_reason.id:
+        return of_reason is not None
+    failing = [each for each in results.judged if each.verdict is UnitVerdict.FAIL]
+    of_friction = {each.id for each in results.judged if _is_friction(each)}
+    if any(map(_is_friction, (of_reason, *failing))):
+        of_friction |= {each.id for each in results.judged if (kind := kind_of(each.id)) and kind.friction_of}
+    return {one.id, of_reason.id} <= of_friction
+
+
+def _is_friction(one: Measurement) -> bool:
+    kind = kind_of(one.id)
+    return kind is not None and kind.is_friction
 
 
 def _attempt(attempt: Attempt) -> ET.Element:

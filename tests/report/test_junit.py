@@ -8,6 +8,7 @@ import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.junit import Reported, junit_text
+from etb_hil.results.measurement import Measurements
 from etb_hil.results.run_result import Bench
 from etb_hil.session.baseline import Comparison
 
@@ -42,15 +43,33 @@ def test_a_unit_that_passes_has_no_failure_and_every_attempt_is_there():
 def test_a_unit_that_fails_is_a_failure_with_what_to_do():
     (suite,) = suite_of(Reported(sample_run.results(0.567)))
     found = cases(suite)
-    assert (found["unit"], found["T_st"], found["T_c"], found["bench"]) == (
-        ["failure"],
-        [],
-        [],
-        [],
-    )  # one cause fails once
+    assert found["unit"] == ["failure"]
+    assert not any(found[name] for name in ("bench", "T_st", "T_c", "return_margin"))  # one cause fails once
+    assert suite.get("failures") == "1"
     failure = suite.find("testcase[@name='unit']/failure")
     assert failure.get("message").startswith("Break-away friction is 0.567 N·m")
     assert failure.text.startswith("Replace the throttle body")
+
+
+@pytest.mark.parametrize(
+    ("reason_id", "failing", "failures"),
+    [
+        ("return_margin_beyond_limit", ["return_margin"], 1),  # the return spring
+        ("return_margin_beyond_limit", ["return_margin", "T_st"], 1),
+        ("T_c_beyond_limit", ["T_c", "return_margin"], 1),
+        ("T_st_exceeded", ["return_margin"], 1),  # friction at one place
+        ("back_emf_contradicts", ["return_margin"], 2),
+    ],
+)
+def test_a_return_margin_that_friction_reduces_is_no_further_failure(reason_id, failing, failures):
+    passed = sample_run.results(0.171)
+    numbers = tuple(
+        replace(one, verdict=UnitVerdict.FAIL if one.id in failing else UnitVerdict.PASS)
+        for one in passed.measurements.values()
+    )
+    unit = replace(passed.unit, verdict=UnitVerdict.FAIL, reason_id=reason_id)
+    (suite,) = suite_of(Reported(replace(passed, unit=unit, measurements=Measurements(numbers))))
+    assert suite.get("failures") == str(failures)
 
 
 @pytest.mark.parametrize("outcome", [BenchOutcome.FAULT, BenchOutcome.ABORTED])
