@@ -16,7 +16,7 @@ from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
 from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, misfit
-from etb_hil.hypotheses.constants import ALIKE, ALIKE_NUMBERS, GAIN, NEEDED, PARAMETER
+from etb_hil.hypotheses.constants import EQUIVALENT_PARAMETER, EQUIVALENT_SHAPE, GAIN, NEEDED, PARAMETER
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
@@ -98,7 +98,7 @@ def searched(record: Record, model: Model, without: Sequence[str] = ()) -> Found
 
 def _shape(cause: Hypothesis) -> float:
     """Return the misfit that a cause of another shape than the catalogue's may leave."""
-    return (ALIKE_NUMBERS if cause.is_of_numbers else ALIKE) * cause.without
+    return (EQUIVALENT_PARAMETER if cause.is_of_numbers else EQUIVALENT_SHAPE) * cause.without
 
 
 def stepped(record: Record, before: Fitted, ids: Iterable[str]) -> Step:
