@@ -71,6 +71,7 @@ def commands():
 
 def _argument(action):
     value = action.metavar or (action.dest if not action.option_strings else action.dest.upper())
+    value = " ".join(value) if isinstance(value, tuple) else value
     names = action.option_strings or [value]
     takes = f" {value}" if action.option_strings and action.nargs != 0 else ""
     return ", ".join(f"`{name}{takes}`" for name in names)

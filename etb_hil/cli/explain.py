@@ -131,13 +131,20 @@ def _numbers(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(one) for one in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no list of numbers; write them as in 10000,15000") from None
+        raise argparse.ArgumentTypeError(f"must be numbers with commas, as in 10000,15000 (got '{text}')") from None
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
-    """Return the files that the command reads, each where it was found."""
-    from etb_hil.base.stock import find
+    """Return the files that the command reads, each where it was found.
 
+    InputError where a file of the data is missing.
+    """
+    from etb_hil.base.stock import find
+    from etb_hil.base.userfile import require_file
+
+    for path in options.data:
+        if not path.is_dir():
+            require_file(path)
     named = [_model(options), _limits(options), *options.data]
     if options.bench is not None:
         named.append(find("bench", options.bench))

@@ -9,6 +9,8 @@ from typing import NoReturn
 
 from etb_hil.base.nearest import did_you_mean
 
+_NUMBERS = {"int": "a whole number", "float": "a number"}
+
 
 class Parser(argparse.ArgumentParser):
     """An `ArgumentParser` whose errors name the nearest command or option.
@@ -19,11 +21,15 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print usage and message, with the nearest name where one was mistyped.
 
+        A value of the wrong type is answered with what is allowed.
+
         The exit code is 2.
         """
         if chosen := re.match(r"(argument .*: invalid choice: )'(.*)' \(choose from (.*)\)", message):
             meant = did_you_mean(chosen[2], re.findall(r"[^', ]+", chosen[3]))
             message = f"{message}{f'; {meant}' if meant else ''}"
+        elif wrong := re.fullmatch(r"(argument .*: )invalid (int|float) value: (.*)", message):
+            message = f"{wrong[1]}must be {_NUMBERS[wrong[2]]} (got {wrong[3]})"
         super().error(message)
 
     def parse_args(  # type: ignore[override]

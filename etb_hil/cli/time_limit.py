@@ -30,7 +30,7 @@ class TimeLimit:
     def __init__(self, seconds: float | None) -> None:
         if seconds is not None and not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST_S):
             raise InputError(
-                Problem("--timeout must be positive", value=seconds, allowed=f"above 0, up to {LONGEST_S:g} s")
+                Problem(f"--timeout must be positive (got {seconds:g} s)", allowed=f"above 0, up to {LONGEST_S:g} s")
             )
         if seconds is not None and not hasattr(signal, "setitimer"):
             raise InputError(Problem("--timeout needs a POSIX system", remedy="leave it out on this one"))

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.nearest import did_you_mean
@@ -87,13 +87,16 @@ def load_limits(path: Path, gear_ratio: float | None = None) -> Limits:
     Raises InputError, which lists every problem with file, line, key and value. Limits that are stated for different
     shafts can be compared only where `gear_ratio` is known.
     """
-    data, _ = parse(path)
+    data, lines = parse(path)
     if isinstance(data, dict) and data.get("schema") == "etb_hil/limits/1":
         first = load(path, LimitsFile1)
         names = {id_: name for name, id_ in _OF_FIRST_SCHEMA.items()}
         entries: dict[str, LimitEntry] = {id_: getattr(first.content, name) for id_, name in names.items()}
         return _limits(first, entries, {id_: (name,) for id_, name in names.items()}, gear_ratio, _HINT)
-    second = load(path, LimitsFile)
+    try:
+        second = load(path, LimitsFile)
+    except InputError as error:
+        raise InputError(*error.problems, *_of_sound_entries(path, data, lines)) from None
     entries = second.content.limits
     return _limits(second, entries, {name: ("limits", name) for name in entries}, gear_ratio, "")
 
@@ -108,14 +111,10 @@ def _limits(
     problems: list[Problem] = []
     found: dict[str, Limit] = {}
     for name, entry in entries.items():
-        kind = kind_of(name)
-        if kind is None:
-            remedy = did_you_mean(name, measurement_kinds(), "see docs/reference/measurements.md for their ids")
-            problems.append(Problem("no measurement has this id", document.place(*keys[name]), name, remedy=remedy))
-            continue
-        wrong = list(_wrong(document, keys[name], kind, entry))
+        wrong = _problems_of(document, keys[name], name, entry)
         problems += wrong
-        if not wrong:
+        kind = kind_of(name)
+        if kind is not None and not wrong:
             low, high = (_si(getattr(entry, side), kind) for side in _SIDES)
             source = entry.source or ""
             found[name] = Limit(low, high, entry.shaft, entry.temperature, entry.dwell, source)
@@ -126,6 +125,26 @@ def _limits(
     content = document.content
     band, description = content.marginal_band, content.description
     return Limits(content.part_number, content.revision, band, found, description, hint)
+
+
+def _of_sound_entries(path: Path, data: object, lines: dict[tuple[str | int, ...], int]) -> Iterator[Problem]:
+    """Yield what is wrong with the entries of a file that has other problems, too."""
+    limits = data.get("limits") if isinstance(data, dict) else None
+    for name, stated in limits.items() if isinstance(limits, dict) else ():
+        try:
+            entry = LimitEntry.model_validate(stated)
+        except ValidationError:
+            continue  # is among the other problems
+        yield from _problems_of(Document(path, entry, lines), ("limits", name), name, entry)
+
+
+def _problems_of(document: Document[Any], key: tuple[str, ...], name: str, entry: LimitEntry) -> list[Problem]:
+    """Return what is wrong with the entry of a measurement."""
+    kind = kind_of(name)
+    if kind is None:
+        remedy = did_you_mean(name, measurement_kinds(), "see docs/reference/measurements.md for their ids")
+        return [Problem("no measurement has this id", document.place(*key), name, remedy=remedy)]
+    return list(_wrong(document, key, kind, entry))
 
 
 def _si(stated: str | float | None, kind: MeasurementKind) -> float | None:
@@ -141,7 +160,7 @@ def _si(stated: str | float | None, kind: MeasurementKind) -> float | None:
 
 
 def _wrong(
-    document: Document[LimitsFile] | Document[LimitsFile1],
+    document: Document[Any],
     key: tuple[str, ...],
     kind: MeasurementKind,
     entry: LimitEntry,

@@ -18,7 +18,10 @@ THROTTLE_FRICTION = 0.144  # N·m of the throttle that the catalogue's bounds ar
 _LINEAR = {"N·m": "N", "rad": "m", "rad/s": "m/s"}
 
 
-def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: bool) -> list[EffectEntry | Problem]:
+Wrong = tuple[tuple[str, ...], Problem]  # the key in an entry that is wrong, and what is wrong
+
+
+def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: bool) -> list[EffectEntry | Wrong]:
     """Return effects as a throttle's model has them, or what is wrong.
 
     `coulomb` is the drive's friction in N or N·m.
@@ -26,17 +29,18 @@ def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: b
     return [_read(entry, coulomb / THROTTLE_FRICTION, is_linear) for entry in entries]
 
 
-def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Problem:
+def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Wrong:
     effect = CATALOGUE.get(entry.id)
     if effect is None:
         meant = did_you_mean(entry.id, CATALOGUE)
-        return Problem("unknown effect", value=entry.id, allowed=", ".join(CATALOGUE), remedy=meant)
+        return ("id",), Problem("unknown effect", value=entry.id, allowed=", ".join(CATALOGUE), remedy=meant)
     known = {parameter.name: parameter for parameter in effect.stated}
     found: dict[str, str | float] = {}
     for name, value in entry.strengths.items():
+        key = ("strengths", name)
         if name not in known:
             meant = did_you_mean(name, known)
-            return Problem(f"{entry.id} has no such parameter", value=name, allowed=", ".join(known), remedy=meant)
+            return key, Problem(f"{entry.id} has no such parameter", value=name, allowed=", ".join(known), remedy=meant)
         parameter = known[name]
         unit = unit_for(parameter, is_linear=is_linear)
         number, _, its = str(value).partition(" ")
@@ -46,10 +50,10 @@ def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Pro
                 raise ValueError(its)  # noqa: TRY301 (as a number that is none)
             amount = float(number)
         except ValueError:
-            return Problem(f"{entry.id}: {name} is no number in its unit", value=value, allowed=unit)
+            return key, Problem(f"{entry.id}: {name} must be a number with its unit", value=value, allowed=unit)
         if not size * parameter.low <= amount <= size * parameter.high:
             allowed = f"{size * parameter.low:g} to {size * parameter.high:g} {unit}"
-            return Problem(f"{entry.id}: {name} is out of its range", value=value, allowed=allowed)
+            return key, Problem(f"{entry.id}: {name} is out of its range", value=value, allowed=allowed)
         found[name] = amount if parameter.unit == "1" else f"{number} {parameter.unit}"
     return EffectEntry(id=entry.id, strengths=found)
 

@@ -161,8 +161,9 @@ def _drive(document: Document[DriveFile]) -> Model:
     )  # fmt: skip
     effects = []
     for index, read in enumerate(read_effects(content.effects, coulomb[0], is_linear=is_linear)):
-        if isinstance(read, Problem):
-            problems.append(replace(read, place=document.place("effects", index, "id")))
+        if isinstance(read, tuple):
+            key, problem = read
+            problems.append(replace(problem, place=document.place("effects", index, *key)))
         else:
             effects.append(read)
     if problems:

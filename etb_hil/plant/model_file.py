@@ -83,7 +83,7 @@ class EffectEntry(FileModel):
 
 
 class MeasuredEntry(FileModel):
-    """A number of this unit that was measured by hand."""
+    """A parameter of this unit that was measured at the bench."""
 
     value: Annotated[str | float, Field(description="as measured, with its unit; of an effect that is not there 0")]
     shaft: Annotated[
@@ -272,9 +272,9 @@ def _wrong_effects(document: Document[ModelFile]) -> list[Problem]:
 
     found = [problem_of(entry.id, entry.strengths) for entry in document.content.effects]
     return [
-        dataclasses.replace(problem, place=document.place("effects", index, "id"))
-        for index, problem in enumerate(found)
-        if problem is not None
+        dataclasses.replace(wrong[1], place=document.place("effects", index, *wrong[0]))
+        for index, wrong in enumerate(found)
+        if wrong is not None
     ]
 
 

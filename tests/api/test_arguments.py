@@ -77,6 +77,7 @@ SAME = [
     (lambda: etb.explain("table.csv"), ["explain", "table.csv"]),
     (lambda: list(etb.replay("a.csv", bench="nosuch")), ["replay", "a.csv", "--bench", "nosuch"]),
     (lambda: etb.explain("nosuch.csv"), ["explain", "nosuch.csv", "--model", "default"]),
+    (lambda: etb.explain("nosuch.csv"), ["explain", "nosuch.csv"]),
     (lambda: etb.explain("text.xyz"), ["explain", "text.xyz", "--model", "default"]),
     (lambda: etb.explain("table.csv", "nosuch"), ["explain", "table.csv", "--model", "nosuch"]),
     (lambda: etb.simulate("nosuch"), ["simulate", "--unit", "nosuch"]),

@@ -125,8 +125,8 @@ def test_what_was_not_measured_does_not_agree(results, tmp_path):
     [
         ("{value: 1 furlong, tolerance: 1 %}", "no unit known here"),
         ("{value: 1 N·m, tolerance: 0 %}", "above 0"),
-        ("{value: '1,5 N·m', tolerance: 0.1 N·m}", "',5 N·m' is no unit of torque"),
-        ("{value: 1 N·m, tolerance: 1 V}", "'V' is no unit of torque"),
+        ("{value: '1,5 N·m', tolerance: 0.1 N·m}", "must be a unit of torque (got ',5 N·m')"),
+        ("{value: 1 N·m, tolerance: 1 V}", "must be a unit of torque (got 'V')"),
         ("{value: 1 A, tolerance: 1 %}", "is measured in N·m"),
     ],
 )
@@ -274,7 +274,21 @@ def test_what_does_not_end_is_ended_as_a_bench_fault():
     assert done.stderr.startswith("bench fault: nothing has ended 0.1 s after the time-out of 0.1 s")
 
 
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        (["--timeout", "3parsecs"], "argument --timeout: must be a number (got '3parsecs')"),
+        (["--seed", "1.5"], "argument --seed: must be a whole number (got '1.5')"),
+    ],
+)
+def test_a_number_that_is_mistyped_is_answered_with_what_is_allowed(option, says, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "friction_check", *option])
+    assert ended.value.code == 2
+    assert says in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_a_time_that_is_none_is_refused(seconds):
-    with pytest.raises(InputError, match="--timeout must be positive"):
+    with pytest.raises(InputError, match=r"--timeout must be positive \(got \S+ s\)"):
         TimeLimit(seconds)

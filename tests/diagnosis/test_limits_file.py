@@ -218,3 +218,11 @@ def test_no_throttle_slides_harder_than_it_breaks_away(tmp_path, limits, gear_ra
     else:
         with pytest.raises(InputError, match=says):
             load_limits(path, gear_ratio)
+
+
+def test_a_missing_key_hides_no_other_problem(tmp_path):
+    path = written(tmp_path, "{T_st: {max: 0.2 V}, T_s: {max: 1 N·m}}")
+    path.write_text(path.read_text("utf-8").replace("marginal_band: 3 %\n", ""), "utf-8")
+    with pytest.raises(InputError) as refused:
+        load_limits(path)
+    assert [one.place.key for one in refused.value.problems] == ["marginal_band", "limits.T_st.max", "limits.T_s"]

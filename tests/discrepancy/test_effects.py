@@ -196,13 +196,22 @@ def test_it_survives_a_model_file(effect):
     np.testing.assert_allclose(again, p, rtol=1e-5)
 
 
+def said(id_, strengths):
+    """Return the key that is wrong, and the message."""
+    key, problem = problem_of(id_, strengths)
+    return ".".join(key), str(problem)
+
+
 def test_wrong_entries_are_refused_with_what_is_allowed():
-    assert "unknown effect" in str(problem_of("no_such", {}))
-    assert str(problem_of("brushdrop", {})).endswith("did you mean 'brush_drop'?")
-    assert "has no such parameter" in str(problem_of("brush_drop", {"drops": "1 V"}))
-    assert str(problem_of("brush_drop", {"drops": "1 V"})).endswith("did you mean 'drop'?")
-    assert "its unit is V" in str(problem_of("brush_drop", {"drop": "1 A"}))
-    assert "out of its range" in str(problem_of("brush_drop", {"drop": "30 V"}))
+    key, message = said("brushdrop", {})
+    assert (key, message.startswith("unknown effect")) == ("id", True)
+    assert message.endswith("did you mean 'brush_drop'?")
+    key, message = said("brush_drop", {"drops": "1 V"})
+    assert (key, "has no such parameter" in message) == ("strengths.drops", True)
+    assert message.endswith("did you mean 'drop'?")
+    for value, expected in (("1 A", "its unit is V"), ("30 V", "out of its range")):
+        key, message = said("brush_drop", {"drop": value})
+        assert (key, expected in message) == ("strengths.drop", True)
 
 
 def test_the_sweep_excites_what_the_suite_needs():

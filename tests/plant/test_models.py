@@ -194,6 +194,8 @@ def test_unknown_effects_and_schemas_are_refused(tmp_path):
     path = write(tmp_path, ("effects: []", "effects:\n  - id: gremlins\n    strengths: {size: 1}"))
     found = problem(path)
     assert (found.what, found.value, found.place.line) == ("unknown effect", "gremlins", line_of(path, "gremlins"))
+    path = write(tmp_path, ("effects: []", "effects:\n  - id: brush_drop\n    strengths: {drop: 30 V}"))
+    assert problem(path).place.key == "effects[0].strengths.drop"
     assert "etb_hil/model/1" in problem(write(tmp_path, ("etb_hil/model/1", "etb_hil/model/9"))).what
 
 

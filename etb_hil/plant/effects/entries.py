@@ -17,25 +17,26 @@ from etb_hil.plant.measured import Measured
 from etb_hil.plant.physics import Vector
 
 
-def problem_of(id_: str, strengths: Mapping[str, str | float]) -> Problem | None:
-    """Return what is wrong with an entry, without its place; None where nothing is."""
+def problem_of(id_: str, strengths: Mapping[str, str | float]) -> tuple[tuple[str, ...], Problem] | None:
+    """Return the key in an entry that is wrong, and what is wrong; None if none is."""
     effect = CATALOGUE.get(id_)
     if effect is None:
         meant = did_you_mean(id_, CATALOGUE)
-        return Problem("unknown effect", value=id_, allowed=", ".join(CATALOGUE), remedy=meant)
+        return ("id",), Problem("unknown effect", value=id_, allowed=", ".join(CATALOGUE), remedy=meant)
     names = [parameter.name for parameter in effect.stated]
     for name, value in strengths.items():
+        key = ("strengths", name)
         if name not in names:
             meant = did_you_mean(name, names)
-            return Problem(f"{id_} has no such parameter", value=name, allowed=", ".join(names), remedy=meant)
+            return key, Problem(f"{id_} has no such parameter", value=name, allowed=", ".join(names), remedy=meant)
         parameter = effect.stated[names.index(name)]
         try:
             number = parsed(value, parameter)
         except ValueError as error:
-            return Problem(f"{id_}: {name}: {error}", value=value)
+            return key, Problem(f"{id_}: {name}: {error}", value=value)
         if not parameter.low <= number <= parameter.high:
             allowed = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
-            return Problem(f"{id_}: {name} is out of its range", value=value, allowed=allowed)
+            return key, Problem(f"{id_}: {name} is out of its range", value=value, allowed=allowed)
     return None
 
 
