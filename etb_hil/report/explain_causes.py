@@ -14,9 +14,9 @@ from etb_hil.results.explanation import ExplanationResult
 
 def cause_rows(cause: Cause, *, is_refitted: bool) -> list[dict[str, Any]]:
     """Return a row of a fitted cause, and one of each indistinguishable from it."""
-    sizes = [_size(name.replace("_", " "), p, is_refitted=is_refitted) for name, p in cause.parameters.items()]
+    sizes = [_size(words(name), p, is_refitted=is_refitted) for name, p in cause.parameters.items()]
     finer = cause.finer_in_model.items()
-    sizes += [f"{name.replace('_', ' ')}: {value:.3g} in the model file alone" for name, value in finer]
+    sizes += [f"{words(name)}: {value:.3g} in the model file only" for name, value in finer]
     *most, last = map(words, (cause.id, *cause.not_isolable_from))
     group = f"{', '.join(most)} and {last}" if most else ""
     first = _row(cause.id) | {"share": f"{100.0 * cause.share_of_error:.0f} %", "sizes": sizes, "group": group}
@@ -28,8 +28,8 @@ def _row(id_: str) -> dict[str, Any]:
     effect = CATALOGUE.get(id_)
     return {
         "name": words(id_),
-        "looks_like": effect.looks_like if effect else "a number of the model is outside its tolerance",
-        "check": effect.check if effect else "the number and its tolerance in the model file",
+        "looks_like": effect.looks_like if effect else "the base parameter is outside its tolerance",
+        "check": effect.check if effect else "check the parameter and its tolerance in the model file",
     }
 
 
@@ -64,11 +64,11 @@ def candidate_row(one: Candidate, causes: Sequence[Cause]) -> dict[str, Any]:
     One of an ambiguity group has no probability of its own.
     """
     groups = [{cause.id, *cause.not_isolable_from} for cause in causes if cause.not_isolable_from]
-    is_of_group = one.probability > 0.0 and any(one.id in group for group in groups)
+    is_of_group = one.probability is None or (one.probability > 0.0 and any(one.id in group for group in groups))
     return {
         "step": one.selection_step,
         "effect": words(one.id),
-        "probability": "not distinguished" if is_of_group else f"{100.0 * one.probability:.0f} %",
+        "probability": "not distinguished" if is_of_group else f"{100.0 * (one.probability or 0.0):.0f} %",
         "residual": f"{100.0 * one.residual_share:.1f} %",
         "decision": ", but ".join(filter(None, ["in the model" if one.accepted else "", one.rejection])) or "-",
     }

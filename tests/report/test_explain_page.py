@@ -18,7 +18,7 @@ CANDIDATES = [
     {"selection_step": 1, "id": effect, "accepted": taken, "rejection": "", "probability": probability,
      "residual_share": 0.03, "looks_like": "a loss", "check": "the bridge"}
     for effect, taken, probability in (
-        ("hbridge_dead_time", True, 0.9), ("brush_drop", False, 0.04), ("current_sensor_gain", False, 0.06),
+        ("hbridge_dead_time", True, None), ("brush_drop", False, 0.04), ("current_sensor_gain", False, 0.06),
     )
 ]  # fmt: skip
 RESISTANCE = {
@@ -43,16 +43,16 @@ def rows(tmp_path):
 
 def test_each_cause_of_an_ambiguity_group_has_a_row_with_what_to_check(rows):
     named = {row[0]: row for row in rows if len(row) == 5}
-    assert {"hbridge dead time", "or brush drop", "or supply sag"} <= named.keys()
+    assert {"H-bridge dead time", "or brush drop", "or supply sag"} <= named.keys()
     assert all(row[3] and row[4] for row in named.values() if row[0].startswith(("hbridge", "or ")))
     (said,) = [row[0] for row in rows if len(row) == 1 and row[0].startswith("These data")]
-    assert said.startswith("These data cannot distinguish hbridge dead time, brush drop and supply sag.")
+    assert said.startswith("These data cannot distinguish H-bridge dead time, brush drop and supply sag.")
 
 
 def test_no_probability_stands_beside_causes_that_cannot_be_distinguished(rows):
     said = {row[0]: row[2] for row in rows if len(row) == 5 and row[1] == "1"}
     assert said == {
-        "hbridge dead time": "not distinguished",
+        "H-bridge dead time": "not distinguished",
         "brush drop": "not distinguished",
         "current sensor gain": "6 %",
     }

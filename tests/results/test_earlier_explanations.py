@@ -9,7 +9,7 @@ import pytest
 from etb_hil.base.errors import InputError
 from etb_hil.report.explain_report import write_explanation
 from etb_hil.results.explanation import SCHEMA
-from etb_hil.results.explanation_file import explanation_as_dict, explanation_from_dict
+from etb_hil.results.explanation_file import explanation_as_dict, explanation_from_dict, explanation_schema
 
 STORED = json.loads((Path(__file__).parent / "explanation_2.json").read_text("utf-8"))  # of an AMBIGUOUS answer
 RUN = {
@@ -94,9 +94,17 @@ def test_values_stand_under_their_new_names():
 
 def test_the_page_shows_an_earlier_answer(tmp_path):
     page = write_explanation(explanation_from_dict(STORED), None, tmp_path).read_text("utf-8")
-    assert "Hbridge dead time or brush drop." in page
+    assert "H-bridge dead time or brush drop." in page
 
 
 def test_a_schema_that_is_not_known_is_named():
     with pytest.raises(InputError, match="the schema of this explanation is not known"):
         explanation_from_dict({"schema": "etb_hil/explanation/99", "verdict": "adequate"})
+
+
+def test_each_key_of_the_schema_has_a_description():
+    schema = explanation_schema()
+    objects = {"explanation": schema} | schema["$defs"]
+    keys = {f"{name}.{key}": value for name, one in objects.items() for key, value in one.get("properties", {}).items()}
+    assert len(keys) > 100
+    assert [name for name, value in keys.items() if not value.get("description")] == []

@@ -78,14 +78,13 @@ def _errors(findings: Findings, holdout: Holdout) -> Errors:
     if findings.verdict == "adequate" and left > most:
         times, its = (1e3, "mm") if units[POSITION] == "m" else (math.degrees(1.0), "deg")
         says.append(
-            f"the balances lack nothing, but in free run the calibrated model errs by {times * left:.3g} {its}, more "
-            f"than noise alone left ({times * least:.3g} to {times * most:.3g} {its}); these data do not tell why"
+            f"the balances show no missing effect, but in free run the calibrated model errs by {times * left:.3g} "
+            f"{its}, more than noise ({times * least:.3g} to {times * most:.3g} {its}); the reason is not known"
         )
     if away := unstable_range(simulable(holdout.best)):
         says.append(
-            f"from {math.degrees(away[0]):.0f} to {math.degrees(away[1]):.0f} deg springs and flow hold the "
-            "plate less the further it is open: a "
-            "voltage alone lets it run away there, and what noise leaves of a free run grows by itself"
+            f"from {math.degrees(away[0]):.0f} to {math.degrees(away[1]):.0f} deg the closing "
+            "torque falls as the plate opens: at a constant voltage it is unstable there, and errors of a free run grow"
         )
     return Errors(
         holdout={
@@ -119,8 +118,8 @@ def _model_file(holdout: Holdout | None) -> ModelFile:
     """Return which of the two fits the model file holds."""
     if holdout is not None and holdout.is_refitted:
         says = (
-            "the model file holds the values of the last fit in free run (in_model): its error is smaller on parts "
-            "that it did not use, if not 10 ms ahead; values with intervals are the balances'"
+            "the model file holds the values of the last fit in free run (in_model), whose error on held-out parts is "
+            "smaller; values with intervals are those of the balances"
         )
         return ModelFile(LAST_FIT, says)
     return ModelFile("balances", "the model file holds the values that are given with intervals")
@@ -207,12 +206,17 @@ def _finer(each: SelectionStep, numbers: dict[int, Estimate], whole: Vector) -> 
     return {one.name: float(whole[place]) for one, place in stated if place not in numbers and whole[place] != 0.0}
 
 
-def _probabilities(each: SelectionStep) -> dict[str, float]:
-    """Return the probability of each fitted candidate, by its cost."""
+def _probabilities(each: SelectionStep) -> dict[str, float | None]:
+    """Return the probability of each fitted candidate, by its cost.
+
+    Members of an ambiguity group have none (None): the data do not distinguish them.
+    """
+    group = {each.winner.id, *each.ambiguity_group} if each.ambiguity_group else set()
     margin = max(decision.ambiguity_margin(each), 1e-6)
     worse = np.array([np.log(r.fit.cost / each.winner.fit.cost) for r in each.refined])
     weights = np.exp(-_SHARPNESS * worse / margin)
-    return {r.id: float(w / weights.sum()) for r, w in zip(each.refined, weights, strict=True)}
+    weights /= weights.sum()
+    return {r.id: None if r.id in group else float(w) for r, w in zip(each.refined, weights, strict=True)}
 
 
 def _candidates(findings: Findings) -> tuple[Candidate, ...]:
@@ -231,7 +235,7 @@ def _candidates(findings: Findings) -> tuple[Candidate, ...]:
                     probability=probable[one.id] if each.accepted else 0.0,
                     residual_share=one.fit.cost / each.before.fit.cost,
                     looks_like=effect.looks_like if effect else "a base parameter outside its tolerance",
-                    check=effect.check if effect else "the number in the model file, and its tolerance",
+                    check=effect.check if effect else "check the parameter and its tolerance in the model file",
                 )
             )
     return tuple(found)

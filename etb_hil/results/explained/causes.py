@@ -16,11 +16,17 @@ class ParameterEstimate:
     """
 
     value: float
+    """Estimate, in `unit`."""
     unit: str
+    """Unit of all values."""
     interval: Interval
+    """95 % interval."""
     on_bound: bool = False
+    """Whether the estimate lies on a bound of the effect."""
     flags: tuple[str, ...] = ()
+    """Remarks on how far to trust the estimate."""
     in_model: float | None = None
+    """Value in the model file that is written; null without one."""
 
     @property
     def low(self) -> float:
@@ -46,13 +52,21 @@ class Cause:
     """
 
     id: str
-    probability: float
+    """Id of an effect, or `parameter:NAME` for a parametric fault."""
+    probability: float | None
+    """Probability among the fitted candidates; null for a cause in an ambiguity group."""
     not_isolable_from: tuple[str, ...]
+    """Ids of the other members of the ambiguity group."""
     parameters: Mapping[str, ParameterEstimate]
+    """Estimated parameters by name."""
     share_of_error: float
+    """Share of the squared error that the cause explains."""
     finer_in_model: Mapping[str, float] = field(default_factory=dict)
+    """Finer shape parameters that only the last fit has, by name."""
     held_out_t: float | None = None
+    """Student's t in cross-validation, over segments that the fit did not use."""
     component: str = ""
+    """Component that all members of the group sit in; empty where they differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +78,21 @@ class Candidate:
     """
 
     selection_step: int
+    """Number of the selection step, from 1."""
     id: str
+    """Id of an effect, or `parameter:NAME`."""
     accepted: bool
+    """Whether the candidate was accepted as a cause."""
     rejection: str
-    probability: float
+    """Criterion that rejected the candidate; empty for others."""
+    probability: float | None
+    """Probability among the step's candidates; null in an ambiguity group, 0 where none was accepted."""
     residual_share: float
+    """Residual sum of squares with the candidate over that without it."""
     looks_like: str
+    """Symptom of the effect."""
     check: str
+    """What to check at the unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +104,23 @@ class MeasuredParameter:
     """
 
     name: str
+    """Name of the parameter."""
     candidate: str
+    """Id that the measurement confirms or excludes."""
     value: float
+    """Measured value, in `unit`."""
     uncertainty: float
+    """Uncertainty of the measurement: the true value lies within it."""
     unit: str
+    """Unit of all values."""
     shaft: str | None
+    """Shaft at which the value holds; null if it has none."""
     nominal: float
+    """Value in the model file without the measurement."""
     tolerance: float
+    """Tolerance in the model file."""
     is_cause: bool
+    """Whether the value is outside the tolerance by more than its uncertainty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +131,11 @@ class Isolation:
     """
 
     cause: str
+    """Id of the cause."""
     isolated_from: tuple[str, ...]
+    """Ids that the recording excludes."""
     recording: str
+    """Recording that excludes them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +143,11 @@ class ErrorWithAndWithout:
     """The error of one free run over a recording, without a cause and with it."""
 
     without_cause: float
+    """RMS error without the cause."""
     with_cause: float
+    """RMS error with the cause."""
     unit: str
+    """Unit of both errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,8 +158,14 @@ class Transfer:
     """
 
     cause: str
+    """Id of the cause."""
     recording: str
+    """The other recording."""
     explained_share: float
+    """Share of its squared residual that the cause explains."""
     carried_over: bool
+    """Whether the other recording shows the cause, too."""
     free_run: ErrorWithAndWithout
+    """Error of a free run over the other recording."""
     text: str
+    """The result as a sentence."""

@@ -16,11 +16,17 @@ class ModelErrors:
     """
 
     unit: str
+    """Unit of all errors."""
     reference: float | None = None
+    """Error of the reference model."""
     calibrated: float | None = None
+    """Error of the calibrated model."""
     extended: float | None = None
+    """Error of the model with causes."""
     fitted_in_free_run: float | None = None
+    """Error of the model that was fitted in free run."""
     noise_floor: float | None = None
+    """Error of a true model, from the noise of the sensors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +37,17 @@ class WorstSegment:
     """
 
     from_s: float
+    """Start, s."""
     to_s: float
+    """End, s."""
     error: float
+    """RMS error in the segment."""
     share: float
+    """Share of the squared error in the segment."""
     others: float
+    """RMS error of all other segments."""
     noise_floor_range: Interval
+    """Range of the error of true models in the segment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +58,15 @@ class Errors:
     """
 
     holdout: Mapping[str, Mapping[str, ModelErrors]]
+    """Errors by kind (`one_step`, `free_run`) and signal."""
     nrmse_free_run: Mapping[str, float] = field(default_factory=dict)
+    """Free-run RMS error over the range of motion, by model."""
     noise_floor_range: Interval | None = None
+    """Range of the free-run error of true models."""
     free_run_worst: WorstSegment | None = None
+    """Segment with the largest error."""
     text: str = ""
+    """Remark on the errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +77,13 @@ class Gain:
     """
 
     value: float
+    """Relative reduction of the error."""
     interval: Interval
+    """95 % interval."""
     of: str = ""
+    """Name of the error and of both models."""
     over_reference: Gain | None = None
+    """Reduction relative to the reference model."""
 
     @property
     def low(self) -> float:
@@ -80,4 +101,6 @@ class Starts:
     """The error (rad) at which each start of a fit in free run ended."""
 
     rms_rad: tuple[float, ...]
+    """Final RMS error of each start, rad."""
     text: str
+    """The same as a sentence."""

@@ -19,13 +19,21 @@ class CalibratedParameter:
     """
 
     unit: str
+    """Unit of all values."""
     nominal: float
+    """Value in the reference model."""
     value: float
+    """Value in the model with all causes."""
     interval: Interval | None
+    """95 % interval of `value`; null where it is unknown."""
     tolerance: float
+    """Tolerance in the model file."""
     flags: tuple[str, ...] = ()
+    """Remarks on the estimate."""
     in_model: float | None = None
+    """Value in the model file that is written."""
     without_causes: float | None = None
+    """Value in the calibrated model, without causes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +44,15 @@ class Nuisance:
     """
 
     value: float
+    """Estimate, in `unit`."""
     unit: str
+    """Unit of all values."""
     interval: Interval | None = None
+    """95 % interval; null where it is unknown."""
     on_bound: bool = False
+    """Whether the estimate lies on a bound."""
     flags: tuple[str, ...] = ()
+    """Remarks on the estimate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +60,9 @@ class ModelFile:
     """Which of two fits the values in the written model file are from."""
 
     values_from: str
+    """Fit that the values are from: balances, or last fit in free run."""
     text: str
+    """The same as a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +70,13 @@ class ModelledFriction:
     """Friction at the throttle shaft in each model."""
 
     unit: str
+    """Unit of all values."""
     reference: float | None = None
+    """Value of the reference model."""
     calibrated: float | None = None
+    """Value of the calibrated model."""
     extended: float | None = None
+    """Value of the model with causes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +84,11 @@ class JudgedMeasurement:
     """A measurement of the diagnosis with a model."""
 
     value: float
+    """Value, in `unit`."""
     unit: str
+    """Unit of all values."""
     interval: tuple[float | None, float | None]
+    """95 % interval; an unknown end is null."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +96,11 @@ class Judgement:
     """The diagnosis of the record with a model."""
 
     verdict: str
+    """Verdict of the unit."""
     reasons: tuple[str, ...] = ()
+    """Ids of the reasons."""
     measurements: Mapping[str, JudgedMeasurement] = field(default_factory=dict)
+    """Measurements by id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,5 +108,8 @@ class Consequence:
     """What the causes change in the diagnosis of the same record."""
 
     text: str
+    """The change as a sentence."""
     reference: Judgement | None = None
+    """Diagnosis with the reference model."""
     extended: Judgement | None = None
+    """Diagnosis with the model with causes."""
