@@ -15,7 +15,7 @@ class Component(StrEnum):
 
     FRICTION = "friction of bearings, seals and gear"
     SPRINGS = "springs"
-    LOAD = "what loads the output shaft"
+    LOAD = "load of the output shaft"
     GEAR = "gear train"
     INERTIA = "moving masses"
     MOTOR = "motor"

@@ -1,4 +1,4 @@
-"""What makes a set of parameters impossible, and what makes it unusual."""
+"""Checks for impossible and for unusual sets of parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model file must state, and the ranges of the seed paper's table I."""
+"""Base parameters of a model file, and the ranges of the seed paper's table I."""
 
 from __future__ import annotations
 

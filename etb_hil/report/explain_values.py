@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 
+from etb_hil.plant.names import display_name
+
+_PARAMETER = "parameter:"
 _SMALL = 0.01  # m: where all numbers of a line are smaller, they are in millimetres
 
 
@@ -20,8 +22,10 @@ def digits(half: float, value: float) -> int:
 
 
 def words(id_: str) -> str:
-    """Return the id of an effect, a parameter or a role as words."""
-    return re.sub(r"^parameter:(.*)", r"parametric fault of \1", id_).replace("_", " ")
+    """Return the name of an effect, a parameter, a parametric fault or a role."""
+    fault = "parametric fault of " if id_.startswith(_PARAMETER) else ""
+    effect, dot, parameter = id_.removeprefix(_PARAMETER).partition(".")
+    return f"{fault}{display_name(effect)}{f': {display_name(parameter)}' if dot else ''}"
 
 
 def scale(values: Iterable[float], unit: str) -> tuple[float, str]:

@@ -66,7 +66,9 @@ def further_sentences(found: ExplanationResult) -> list[str]:
     """Return what else a reader must know, a sentence each."""
     sentences = []
     if found.interrupted:
-        sentences.append(f"It was interrupted while {words(found.interrupted)}; the answer is what was known then.")
+        sentences.append(
+            f"The search was interrupted while {words(found.interrupted)}; the answer holds what was known then."
+        )
         sentences.append(f"{_capital(found.stages)}.")
     sentences += filter(None, [residual_text(found)])
     sentences += [
@@ -96,5 +98,4 @@ def _known(one: MeasuredParameter) -> str:
     """
     unit = "" if one.unit == "1" else f" {one.unit}"
     off = f", {one.nominal:.3g} stated within {one.tolerance:.2g}" if one.is_cause else ""
-    name = one.name.replace("_", " ").replace(".", ": ")
-    return f"{name} {one.value:.4g} +- {one.uncertainty:.2g}{unit}{at_shaft(one.shaft)}{off}"
+    return f"{words(one.name)} {one.value:.4g} +- {one.uncertainty:.2g}{unit}{at_shaft(one.shaft)}{off}"

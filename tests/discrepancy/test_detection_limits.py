@@ -106,7 +106,7 @@ def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
     assert {id_ for id_, one in limits.items() if one["valid_range"]} == seen
     for id_ in seen:
         assert limits[id_]["valid_range"] == went
-        assert limits[id_]["text"].endswith(f"only where the record went: {went}")
+        assert limits[id_]["text"].endswith(f"valid for the recorded range: {went}")
     found = {"verdict": "adequate", "causes": [], "confounded": [], "data_quality": [], "detection_limits": limits}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert f"These hold only in the range of this motion, {went}: " in page

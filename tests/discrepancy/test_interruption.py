@@ -92,7 +92,7 @@ def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogg
     resistance = found["calibrated"]["resistance"]
     assert resistance["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
     assert resistance["interval"] is None
-    assert found["interrupted"] == "simulating what a true model would leave"
+    assert found["interrupted"] == "simulating the residual of a true model"
     assert [path.name for path in write(answer, tmp_path)] == ["explanation.json"]
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "interrupted before its interval was known" in page

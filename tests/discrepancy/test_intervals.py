@@ -129,8 +129,8 @@ def test_a_value_says_what_its_interval_alone_does_not():
 
     assert flags(0.5, on_bound=False) == []
     assert flags(0.0, on_bound=True) == ["on a bound"]
-    assert flags(1.0, on_bound=False) == ["at an end of its interval: told only together with others"]
-    assert flags(0.0, on_bound=True, is_identifiable=False) == ["on a bound", "these data do not tell it"]
+    assert flags(1.0, on_bound=False) == ["at an end of its interval: identifiable only together with others"]
+    assert flags(0.0, on_bound=True, is_identifiable=False) == ["on a bound", "not identifiable from these data"]
     assert Estimate("effect.x", FIRST, 1.0, 1.0, 1.0, on_bound=False).flags == []
 
 

@@ -92,7 +92,7 @@ def test_magnets_that_weaken_by_more_are_named_by_all_that_they_weaken_and_no_la
 
 def test_what_became_of_the_laws_is_said():
     record = measurement(MODEL.vector(), 7)
-    for model, says in ((OBEYING, "are said at 25 degC"), (MODEL, "a unit 10 K above")):
+    for model, says in ((OBEYING, "are given at 25 degC"), (MODEL, "10 K above")):
         (quality,) = [one for one in plain(data_quality([Balances(record, model)], model)) if not isinstance(one, str)]
         assert [flag for flag in quality["flags"] if says in flag]
 

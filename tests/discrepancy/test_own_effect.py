@@ -150,7 +150,7 @@ def _not_numba(theta, share):
         ({"id": "brush_drop"}, "there is an effect of this id already"),
         ({"id": "Wear 2"}, "the id of an effect is a name in lower case"),
         ({"source": " "}, "`source` is empty"),
-        ({"look_alikes": ("cogging",)}, "cogging is no effect"),
+        ({"look_alikes": ("cogging",)}, "look-alikes must be effects, or parameter:NAME (got cogging)"),
         ({"terms": {}}, "it has no term"),
         ({"terms": {Port.SPRINGS: _worn}}, "the port SPRINGS is closed to effects from outside"),
         ({"terms": {Port.PLATE_TORQUE: _odd}}, "PLATE_TORQUE a function asks for velocity; known there: theta"),

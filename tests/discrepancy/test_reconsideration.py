@@ -34,7 +34,7 @@ def test_what_stood_in_for_two_effects_gives_way_to_them(two_hidden):
 @pytest.mark.study
 def test_interrupted_while_asking_again_the_causes_stay(two_hidden):
     def progress(what):
-        if interrupted or what.startswith("asking again"):
+        if interrupted or what.startswith("testing again"):
             interrupted.append(what)
         if len(interrupted) == 3:  # somewhere inside
             raise KeyboardInterrupt

@@ -53,7 +53,7 @@ def _still(recording):
         (_still, "stands still"),
         (
             lambda r: {a: np.degrees(_values(r, a)) for a in ("motor_angle", "throttle_angle")},
-            "further than the model's stops let it; suspected unit mismatch: values in deg whose unit says rad",
+            "the plate moves beyond the model's stops; suspected unit mismatch: values in deg whose unit says rad",
         ),
         (lambda r: {"motor_current": -_values(r, "motor_current")}, "motor_current runs against motor_voltage"),
         (lambda r: {"motor_current": 1000.0 * _values(r, "motor_current")}, "look at its unit (A or mA)"),

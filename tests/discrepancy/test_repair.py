@@ -99,7 +99,7 @@ def test_where_nothing_rests_the_data_sheet_counts():
 def test_a_voltmeters_zero_is_seen_with_the_bridge_off(healthy, zero):
     measured = _measured(healthy, motor_voltage=healthy.case.table["motor_voltage"] + zero)
     assert np.mean(measured.voltage - healthy.case.table["motor_voltage"]) == pytest.approx(0.0, abs=2e-3)
-    assert measured.flags[0].endswith("mV where no current flows and nothing moves: taken from that zero")
+    assert measured.flags[0].endswith("mV at zero current and at rest: the analysis subtracts that offset")
 
 
 def test_a_supplys_column_is_no_zero(healthy):

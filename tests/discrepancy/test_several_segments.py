@@ -76,7 +76,7 @@ def test_what_happens_once_in_some_seconds_is_no_cause(whole):
     found = plain(explain([recording], MODEL))
     assert found["verdict"] == "insufficient_data"
     assert not found["causes"]
-    assert "in less than 10 s a cause is not told from what happened once" in found["data_quality"][0]
+    assert "at least 10 s are needed to distinguish a cause from a single event" in found["data_quality"][0]
 
 
 def test_an_angle_that_is_missing_for_long_parts_the_record(whole):

@@ -120,7 +120,7 @@ def test_springs_that_are_no_line_are_no_flow_that_opens_beside_others():
     """Their own term taken out, a flow that opens, a slope and a wave of 0.8 of a motor turn did it together."""
     findings = searched(hidden_case(219025, ("spring_nonlinear",)), ("spring_nonlinear",))
     assert findings.selection_steps[0].winner.id == "aerodynamic_torque"
-    assert "below nothing" in findings.selection_steps[0].rejection
+    assert "its strength is negative" in findings.selection_steps[0].rejection
     assert findings.accepted == []
     assert findings.verdict == "unexplained"
 

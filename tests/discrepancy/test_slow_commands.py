@@ -85,7 +85,9 @@ def test_an_encoder_counts_from_the_plate_sensors_zero(healthy, away):
     after = np.concatenate([one.angle for one in sweeps_of(moved, healthy.model)])
     np.testing.assert_allclose(after, before, atol=1e-3)
     flags = drive_samples(moved, healthy.model).angles.flags
-    assert flags == (f"the encoder's zero was {np.degrees(-away):.1f} deg off the plate sensor's: it was set to that",)
+    assert flags == (
+        f"the zeros of encoder and plate sensor differ by {np.degrees(-away):.1f} deg: the encoder's was corrected",
+    )
 
 
 @pytest.mark.parametrize("samples", [3, 20])

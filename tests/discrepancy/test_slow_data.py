@@ -67,7 +67,7 @@ def test_slow_data_are_told_from_fast_ones(slow, cogging_recording):
 
 
 def test_it_is_said_that_they_are_slow_and_when_it_may_be_the_times_unit(slow, cogging_recording):
-    assert "90.9 samples a second: causes are named from 200 a second on" in slow_remark(slow[0])
+    assert "90.9 samples a second: naming a cause needs 200 a second" in slow_remark(slow[0])
     assert "ms that are read as s" not in slow_remark(slow[0])
     assert slow_remark(cogging_recording) == ""
     block = cogging_recording.block("table")

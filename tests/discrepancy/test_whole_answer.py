@@ -18,7 +18,7 @@ from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.discrepancy.answer.consequence import consequence
 from etb_hil.discrepancy.answer.detection_limits import detection_limits
-from etb_hil.discrepancy.answer.explanation import _size, explanation
+from etb_hil.discrepancy.answer.explanation import _size, causes, explanation
 from etb_hil.discrepancy.answer.pictures import pictures
 from etb_hil.discrepancy.answer.residual_curves import _coordinates
 from etb_hil.discrepancy.explain import Answer, explain, write
@@ -138,8 +138,8 @@ def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, t
     assert "run multisine" in page
     assert "explain NEW THESE --same-unit" in page
     assert (
-        "They distinguish cogging torque from torque ripple. Not distinguished: parametric fault of coulomb; weigh it."
-        in page
+        "They distinguish cogging torque from torque ripple. Not distinguished: parametric fault of sliding friction. "
+        "Weigh it." in page
     )
 
 
@@ -199,7 +199,7 @@ def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_s
     assert f"in free run the calibrated model errs by {error}, more than noise" in found["text"]
     assert f"({np.degrees(0.15 * calibrated):.3g} to {np.degrees(0.5 * calibrated):.3g} deg)" in found["text"]
     page = write_explanation(plain(again) | {"errors": found}, None, tmp_path).read_text("utf-8")
-    assert "The balances lack nothing, but in free run" in page
+    assert "The balances show no missing effect, but in free run" in page
 
 
 def test_a_stop_just_below_the_sensors_zero_is_a_model_all_the_same(tmp_path):
@@ -284,7 +284,7 @@ def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_p
 def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
     limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "judged": True, "text": "no"}
     limits = {"spring_preload_shift": limit, "magnet_temperature": limit | {"judged": False, "text": "no heat"}}
-    limits["friction_load"] = limit | {"within_bounds": True, "text": "found: it is a cause"}
+    limits["friction_load"] = limit | {"within_bounds": True, "text": "a cause"}
     page = write_explanation(plain(answer) | {"detection_limits": limits}, None, tmp_path).read_text("utf-8")
     assert "These data cannot detect: spring preload shift." in page
     assert "Not judged: magnet temperature (no heat)." in page
@@ -296,7 +296,7 @@ def test_a_limit_beyond_what_an_effect_may_be_is_none_and_says_why(answer):
         found = plain(detection_limits(answer.findings, least_gain)["friction_load"])
         assert found["within_bounds"] == is_seen
         assert (found["limit"] is not None) == is_seen
-        assert ("these data cannot show it, however large" in found["text"]) != is_seen
+        assert ("not detectable in these data" in found["text"]) != is_seen
 
 
 def test_each_effect_has_a_limit_or_why_there_is_none(answer):
@@ -304,7 +304,7 @@ def test_each_effect_has_a_limit_or_why_there_is_none(answer):
     assert set(found) == set(CATALOGUE)
     for one in found.values():
         assert one["limit"] is not None or one["text"]
-    assert found["cogging_torque"]["text"] == "found: it is a cause"
+    assert found["cogging_torque"]["text"] == "a cause"
     assert found["cogging_torque"]["limit"] < 0.03
 
 
@@ -313,9 +313,16 @@ def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, 
     monkeypatch.setattr(cause, "ambiguity_group", ["torque_ripple"])
     for least_gain in (LEAST_GAIN, 1e12):
         found = plain(detection_limits(answer.findings, least_gain))
-        assert found["torque_ripple"]["text"] == "cannot be told from cogging_torque, which was found"
+        assert found["torque_ripple"]["text"] == "not isolable from the cause cogging_torque"
         assert found["torque_ripple"]["within_bounds"]
         assert found["cogging_torque"]["within_bounds"]
+
+
+def test_members_of_an_ambiguity_group_have_no_probability(answer, monkeypatch):
+    (cause,) = answer.findings.accepted
+    assert causes(answer.findings)[0].probability > 0.5
+    monkeypatch.setattr(cause, "ambiguity_group", ["torque_ripple"])
+    assert causes(answer.findings)[0].probability is None
 
 
 def test_what_data_do_not_tell_of_a_cause_is_said(answer, tmp_path):
@@ -323,10 +330,10 @@ def test_what_data_do_not_tell_of_a_cause_is_said(answer, tmp_path):
     assert all(size["flags"] == [] for size in cause["parameters"].values())
     estimate = Estimate("cogging_torque.sine", 3, 0.03, -0.5, 0.5, on_bound=False, is_identifiable=False)
     size = plain(_size(estimate, "N·m", np.zeros(9)))
-    assert size["flags"] == ["these data do not tell it"]
+    assert size["flags"] == ["not identifiable from these data"]
     found = plain(answer) | {"causes": [cause | {"parameters": {"sine": size}}]}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
-    assert "sine: 0.03 N·m (-0.5 to 0.5), these data do not tell it" in page
+    assert "sine: 0.03 N·m (-0.5 to 0.5), not identifiable from these data" in page
 
 
 PHONE = """<iframe srcdoc="{page}" style="width: 420px; height: 3000px"></iframe><script>

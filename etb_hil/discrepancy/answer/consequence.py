@@ -39,7 +39,7 @@ def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge 
     says = (
         f"the verdict stays: {extended.verdict}"
         if stated.verdict == extended.verdict
-        else f"the verdict was {stated.verdict} with the model as stated, and is {extended.verdict} with what was found"
+        else f"the verdict was {stated.verdict} with the reference model, and is {extended.verdict} with the causes"
     )
     return Consequence(says, stated, extended)
 

@@ -70,14 +70,14 @@ def _judged(findings: Findings, candidate: Candidate, hidden: Masking) -> Detect
     if known_as:
         says = _found(candidate.id, known_as)
     elif not sizes:
-        says = f"these data cannot show it, however large: {_most(unknown.high * unknown.scale, unit)}"
+        says = f"not detectable in these data: {_most(unknown.high * unknown.scale, unit)}"
     elif up is None or down is None:
-        says = f"one way alone: {_most((unknown.high if up is None else low) * unknown.scale, unit)}"
+        says = f"detectable with one sign only: {_most((unknown.high if up is None else low) * unknown.scale, unit)}"
     else:
         says = ""
     limit = max(sizes, default=None)
     where = where_it_went(findings) if effect.is_of_place and limit is not None else ""
-    says = "; ".join(filter(None, [says, f"only where the record went: {where}" if where else ""]))
+    says = "; ".join(filter(None, [says, f"valid for the recorded range: {where}" if where else ""]))
     return replace(_entry(findings, effect, limit, says, is_within=bool(sizes or known_as)), valid_range=where)
 
 
@@ -93,11 +93,11 @@ def where_it_went(findings: Findings) -> str:
 def _not_judged(findings: Findings, effect: Effect) -> DetectionLimit:
     """Return the entry of an effect that was not tested, with the reason."""
     if any(one.is_of_effect and one.id == effect.id for one in findings.model.measured.values()):
-        says = "measured by hand"
+        says = "measured at the bench"
     elif any(entry.id == effect.id for entry in findings.model.effects):
-        says = "in the model file"
+        says = "part of the model file"
     else:
-        says = beyond_judging(findings.balances).get(effect.id, "not looked for")
+        says = beyond_judging(findings.balances).get(effect.id, "not tested")
     return _entry(findings, effect, None, says, is_within=False, is_judged=False)
 
 
@@ -115,15 +115,13 @@ def _is_linear(findings: Findings) -> bool:
 
 def _most(most: float, unit: str) -> str:
     its = "" if unit == "1" else f" {unit}"
-    return (
-        f"{most:.3g}{its}, the most that it may be, would not stand out beside base parameters inside their tolerances"
-    )
+    return f"base parameters inside their tolerances mask even its bound of {most:.3g}{its}"
 
 
 def _found(id_: str, known_as: Sequence[SelectionStep]) -> str:
     """Say that an effect is a cause, or not isolable from one."""
     names = [each.winner.id for each in known_as]
-    return "found: it is a cause" if id_ in names else f"cannot be told from {', '.join(names)}, which was found"
+    return "a cause" if id_ in names else f"not isolable from the cause {', '.join(names)}"
 
 
 def _strength(findings: Findings, effect: Effect) -> Unknown:

@@ -22,7 +22,7 @@ def nothing_to_judge(balances: Sequence[Balances]) -> list[str]:
         return []
     what = f"{balances[0].measured.origin} has no sample that could be judged"
     why = f"a value is missing or bad within {GUARD_TIME:g} s of every sample"
-    return [f"{what}: {why}; look for losses, or leave a column out that has them"]
+    return [f"{what}: {why}; look for lost frames, or leave out the signal that has them"]
 
 
 def too_little_to_reject(findings: Findings, segments: Sequence[Measurement]) -> list[str]:
@@ -39,8 +39,8 @@ def _too_short(balances: Sequence[Balances]) -> list[str]:
     seconds = sum(float(np.count_nonzero(b.regimes.is_good)) / b.spectrum.output_rate for b in balances)
     if seconds >= _LEAST:
         return []
-    what = f"{balances[0].measured.origin}: the model leaves more than noise, in {seconds:.2g} s that can be judged"
-    return [f"{what}; in less than {_LEAST:g} s a cause is not told from what happened once: measure 40 s"]
+    what = f"{balances[0].measured.origin}: the residual exceeds the noise, in {seconds:.2g} s that can be judged"
+    return [f"{what}; at least {_LEAST:g} s are needed to distinguish a cause from a single event: measure 40 s"]
 
 
 def _too_slow(segments: Sequence[Measurement], model: Model) -> list[str]:
@@ -48,7 +48,7 @@ def _too_slow(segments: Sequence[Measurement], model: Model) -> list[str]:
     if m is None:
         return []
     rate = rate_of_voltage(m)
-    what = f"{m.origin}: the model leaves more than noise, and at {rate:.0f} Hz the voltage may change between samples"
-    shows = "no current tells" if m.current is None else "the current answers it before the sample that shows it"
+    what = f"{m.origin}: the residual exceeds the noise, and at {rate:.0f} Hz the voltage may change between samples"
+    shows = "no current was recorded" if m.current is None else "the current changes before the recorded voltage does"
     remedy = "record in step with the controller's commands, or several times as fast"
-    return [f"{what} ({shows}); a cause is not told from what was commanded there: {remedy}"]
+    return [f"{what}: {shows}; the data cannot distinguish a cause from such a command: {remedy}"]

@@ -30,7 +30,7 @@ _OFF_GRID = 0.5  # share of the samples from which it is said
 
 
 def data_quality(balances: Sequence[Balances], model: Model) -> tuple[DataQuality, ...]:
-    """Return the quality of each segment, and in words what it cannot show."""
+    """Return the quality of each segment, with remarks on its limits."""
     return tuple(_of(b, model) for b in balances)
 
 
@@ -40,9 +40,9 @@ def _of(b: Balances, model: Model) -> DataQuality:
     bridged = float(1.0 - np.mean(m.is_good))
     if bridged > 0.0:
         unjudged = float(1.0 - np.mean(b.regimes.is_good))
-        what = "were missing or bad, or the bridge opened in them"
-        beside = f"with what lies within {GUARD_TIME:g} s of them {100.0 * unjudged:.3g} %"
-        flags.append(f"{100.0 * bridged:.2g} % of the samples {what}: {beside} are not judged")
+        what = "are missing or bad, or the bridge was open"
+        excluded = f"the analysis excludes them and {GUARD_TIME:g} s around them, {100.0 * unjudged:.3g} % in all"
+        flags.append(f"{100.0 * bridged:.2g} % of the samples {what}: {excluded}")
     limit = model.values.voltage_limit
     saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
     if saturated > _AT_LIMIT:
@@ -53,9 +53,11 @@ def _of(b: Balances, model: Model) -> DataQuality:
     elif m.current is None:
         flags.append("motor_current is missing: one balance only, from the voltage; electrical causes cannot be judged")
     if m.plate is None and not m.is_plates:
-        flags.append("no second angle: what lies between motor and plate cannot be judged")
+        flags.append("no second angle: gear and shaft between motor and plate cannot be judged")
     if not m.has_temperature:
-        flags.append("no temperature, or a constant one: heat cannot be told from time")
+        flags.append(
+            "no temperature, or a constant one: effects of temperature cannot be distinguished from changes over time"
+        )
     flags += _laws(model)
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
@@ -93,14 +95,14 @@ def _other_ratio(m: Measurement, model: Model) -> list[str]:
     """Flag two angles whose ratio a compliant shaft does not explain."""
     if m.plate is None or float(np.ptp(m.angle)) < _WIDE:
         return []
-    # What play makes of the plate's angle is one step at limp-home, where the springs turn round, and is no scale.
+    # Backlash adds a step to the plate's angle at limp-home, where the springs' torque changes its sign.
     side = np.sign(m.angle - model.values.limp_home)
     times = float(np.linalg.lstsq(np.column_stack([m.angle, side, np.ones(len(m))]), m.plate)[0][0])
     if abs(times - 1.0) < _SAME_RATIO:
         return []
     gear = f"the gear ratio of {model.values.gear_ratio:g}"
-    goes = f"the plate sensor goes {times:.4f} times as far as the motor's angle does through {gear}"
-    return [f"{goes}: that ratio or a sensor's scale is not as stated"]
+    moves = f"the plate sensor moves {times:.4f} times as far as the motor's angle through {gear}"
+    return [f"{moves}: check that ratio and the scales of both sensors"]
 
 
 def _other_unit(m: Measurement) -> list[str]:
@@ -115,8 +117,8 @@ def _other_unit(m: Measurement) -> list[str]:
     if abs(times - 1.0) < _SAME_UNIT:
         return []
     what, unit = ("force", "N") if m.is_linear else ("torque", "N·m")
-    come = f"{times:.2g} {unit} of the drive's {what}"
-    return [f"command_{what} is not in the unit that it says: with one of it come {come}, as with a volt of the drive"]
+    come = f"a step of 1 {unit} changes the drive's {what} by {times:.2g} {unit}"
+    return [f"command_{what} has another unit than stated: {come}; it may be a voltage"]
 
 
 def _at_rest(m: Measurement) -> dict[str, float]:
@@ -139,18 +141,19 @@ def _at_rest(m: Measurement) -> dict[str, float]:
 
 
 def _laws(model: Model) -> list[str]:
-    """Say how the model file's temperature laws were used."""
+    """Return remarks on the use of the model file's temperature laws."""
     stated = laws(model.parameters)
     if not stated:
         return []
     if model.has_laws_as_terms:
         obeyed = terms(model.parameters)
         rest = {name: law.reference for name, law in stated.items() if name not in obeyed}
-        what = "change with the temperature as the model file states, and are said at"
+        what = "follow the model file's temperature coefficients; their values are given at"
         found = [f"{', '.join(obeyed)} {what} {REFERENCE:g} degC"] if obeyed else []
         for at in set(rest.values()):
-            what = f"are taken as the model file states them at {at:.3g} degC, the middle of the explained recording"
-            found.append(f"{', '.join(rest)} {what}: how they change within it is not obeyed")
+            what = f"are constant at the model file's values for {at:.3g} degC, the recording's middle temperature"
+            found.append(f"{', '.join(rest)} {what}: their change with temperature is neglected")
         return found
     more = ", ".join(f"{name} {1000.0 * law.coefficient:+.2g} %" for name, law in stated.items())
-    return [f"no temperature: a unit 10 K above what the model file refers to has {more}, and is taken for another one"]
+    what = "no temperature: 10 K above the model file's reference temperature a healthy unit has"
+    return [f"{what} {more}, and the analysis takes that for a fault"]

@@ -89,9 +89,9 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
     lacks = {  # of two needs of one effect the later one is said
         Need.PLATE_ANGLE: (not all(b.has[2] for b in balances), "no second angle"),
         Need.CURRENT: (not all(b.has[1] for b in balances), "driven in force or torque" if is_drive else "no current"),
-        Need.OPEN_BRIDGE: (is_drive, "a drive never coasts with its bridge open"),
-        Need.THROTTLE: (is_drive, "no part of a drive"),
-        Need.MOTOR_ANGLE: (any(b.measured.is_plates for b in balances), "no motor angle that tells the motion"),
+        Need.OPEN_BRIDGE: (is_drive, "the bridge of a drive is never open"),
+        Need.THROTTLE: (is_drive, "not part of a drive"),
+        Need.MOTOR_ANGLE: (any(b.measured.is_plates for b in balances), "no motor angle for the motion"),
         Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
     }
     return {

@@ -55,8 +55,12 @@ class Estimate:
         """Return the remarks on the value and its interval."""
         is_end = self.low < self.high and self.value in (self.low, self.high)
         found = ["on a bound"] if self.on_bound else []
-        found += ["at an end of its interval: told only together with others"] if is_end and not self.on_bound else []
-        return found if self.is_identifiable else [*found, "these data do not tell it"]
+        found += (
+            ["at an end of its interval: identifiable only together with others"]
+            if is_end and not self.on_bound
+            else []
+        )
+        return found if self.is_identifiable else [*found, "not identifiable from these data"]
 
 
 def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floor: NoiseFloor) -> list[Estimate]:

@@ -16,7 +16,7 @@ Float64 = NDArray[np.float64]
 
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 _FEW, _WHOLE = 3.5, 0.05  # steps at a time that have to be whole ones, but for the digits of a file
-_STANDS_FOR_IT = "the plate sensor stands for it, and what lies between them is not seen"
+_STANDS_FOR_IT = "the plate sensor is used instead, and gear and shaft are not seen"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,9 @@ class Angles:
         if abs(away := float(np.median(plate - angle))) <= _OTHER_ZERO:
             return Angles(angle, noise, plate)
         # An encoder counts from where it was switched on; the plate's sensor knows where that was.
-        said = f"the encoder's zero was {math.degrees(away):.1f} deg off the plate sensor's: it was set to that"
+        said = (
+            f"the zeros of encoder and plate sensor differ by {math.degrees(away):.1f} deg: the encoder's was corrected"
+        )
         return Angles(angle + away, noise, plate, (said,))
 
 

@@ -57,7 +57,7 @@ def _said(first: str, second: str, correlation: float, test: str) -> Confounded:
         pair=(first, second),
         test=test[0].upper() + test[1:] + ".",
         rank_correlation=correlation,
-        text=f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
+        text=f"they changed together throughout, so that their effects cannot be distinguished; {test}.",
     )
 
 

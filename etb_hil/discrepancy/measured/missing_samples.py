@@ -32,7 +32,7 @@ def filled_in(time_ns: Int64, columns: Mapping[str, Float64], step: float) -> li
             found.setdefault((samples - len(known), min(filled, samples - len(known))), []).append(role)
     return [
         f"{_percent(lacking, samples)} of the samples have no {', '.join(roles)}; {_percent(filled, samples)}, single "
-        "ones and those at the ends, are filled in from the nearest and judged"
+        "ones and those at the ends, are interpolated and judged"
         for (lacking, filled), roles in found.items()
     ]
 

@@ -55,7 +55,7 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
         samples = recording.joined(list(its))
         return _segments(recording, samples.time_ns, dict(samples.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:
-        remedy = "free run is driven by it: record one of them, or name its column in a map"
+        remedy = "a free run needs it: record one of them, or name its column in a map"
         raise InputError(_lacks(recording, "motor_voltage or motor_duty", remedy))
     if "motor_angle" not in roles and "throttle_angle" not in roles:
         raise InputError(
@@ -100,9 +100,7 @@ def _segments(
     samples = _without_long_gaps(time_ns, columns)
     time_ns, columns = time_ns[samples], {role: values[samples] for role, values in columns.items()}
     if len(time_ns) < 2:
-        raise InputError(
-            Problem(f"{origin} has fewer than two samples with a value of what drives it and of its angle")
-        )
+        raise InputError(Problem(f"{origin} has fewer than two samples with both a voltage or force and an angle"))
     steps = np.diff(time_ns)
     step = float(np.median(steps)) * 1e-9
     if float(steps.max()) < 1.5e9 * step:
@@ -135,7 +133,8 @@ def _segments(
     if not found:
         raise InputError(
             Problem(
-                f"{origin} has no segment of {SHORTEST:g} s without a gap", remedy="measure longer, look for losses"
+                f"{origin} has no segment of {SHORTEST:g} s without a gap",
+                remedy="measure longer, look for lost samples",
             )
         )
     said = [*recording.notes, *left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
@@ -169,7 +168,7 @@ def _must_move(m: Measurement, model: Model) -> None:
         is_of_label = way / off_by("deg", "rad") <= TOO_FAR * between
         raise InputError(
             Problem(
-                f"{m.origin}: the plate goes further than the model's stops let it"
+                f"{m.origin}: the plate moves beyond the model's stops"
                 + (f"; {suspected('deg', 'rad')}" if is_of_label else ""),
                 value=f"{math.degrees(way):.3g} deg",
                 allowed=f"up to {math.degrees(TOO_FAR * between):.3g} deg",

@@ -75,7 +75,7 @@ def plan_bench_measurements(
         if not wanted:
             break
         used += [*wanted][: _MOST - len(used)]
-        progress("trying what a hand could measure")
+        progress("trying bench measurements")
         open_, here = _left(findings, found, found.winner, used, plan)
         if open_ and plan is None and here is not None:
             tried = find_plan(here.findings, here.judged)

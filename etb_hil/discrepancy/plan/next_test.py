@@ -143,7 +143,7 @@ def _by_hand(first: str, others: Sequence[str], *, of_drive: bool) -> str:
     own = [effect for effect in effects if of_drive and effect.separated_on_drive]
     ways = [effect.separated_on_drive for effect in own]
     ways += [effect.separated_by for effect in effects if effect not in own]
-    return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state the parameter's tolerance more narrowly"
+    return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state a narrower tolerance of the parameter"
 
 
 def _compared(plan: Plan, findings: Findings, found: SelectionStep) -> Outlook:

@@ -19,8 +19,8 @@ from etb_hil.plant.physics import COULOMB, Vector
 
 Float64 = NDArray[np.float64]
 
-DRIFTS = "friction changes along the record otherwise than with the temperature"
-WEARS = "friction falls while it cools, as use wears it in: a record in which the temperature comes back would tell"
+DRIFTS = "friction changes along the record, but does not follow the temperature"
+WEARS = "friction falls while it cools, as in running-in: repeat the record at the first temperature"
 
 # Decision 0032. Rates by these thresholds: benchmarks/explain_study.py, kinds `strong` and `outside`.
 _KNOTS = 9

@@ -36,7 +36,7 @@ def accept_with_another(found: SelectionStep, findings: Findings, without: Seque
     """
     if not is_open(found, findings, has_no_full_period):
         return False
-    progress(f"asking whether {found.winner.id} stands with another cause")
+    progress(f"testing whether {found.winner.id} is significant with another cause")
     with _on_trial(found, findings) as trial:
         other = _next(findings, without, progress)
         if other is not None:
@@ -84,7 +84,7 @@ def accept_if_jointly_significant(
     ]
     if not competitors or any(each.winner.candidate.effect is None for each in (found, *competitors)):
         return False
-    progress(f"asking whether {found.winner.id} is jointly significant with its competing hypothesis")
+    progress(f"testing whether {found.winner.id} is jointly significant with its competing hypothesis")
     with _on_trial(found, findings) as trial:
         trial.stands = all(_is_jointly_significant(old, findings, without, progress) for old in competitors)
     return trial.stands

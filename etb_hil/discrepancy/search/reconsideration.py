@@ -27,7 +27,7 @@ from etb_hil.plant.physics import Vector
 
 # Decision 0030. Rates of pairs by these thresholds: benchmarks/explain_study.py, kind `pair`.
 _NEAR = 2.0  # times what a cause left alone: a hypothesis that left no more may come before it beside a later one
-IDLE = "base parameters leave as little without it, once it has moved them"
+IDLE = "recalibrated base parameters explain as much without it"
 _RIDGE = 1e-3  # of what is measured nowhere
 _CLEARLY = 0.5  # of what an earlier cause leaves: it stays unless another leaves less than that
 
@@ -51,7 +51,7 @@ def try_replacement(
 
     `is_wrong`: the step has to be replaced, if only by the same cause fitted anew.
     """
-    progress(f"asking again whether it is {old.winner.id}")
+    progress(f"testing again whether it is {old.winner.id}")
     current_model = findings.current_model
     old.accepted = False
     found = None

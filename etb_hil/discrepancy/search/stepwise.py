@@ -46,7 +46,7 @@ def search(
     segments, stated = list(balances), model.as_stated()
     progress("calibrating inside the stated tolerances")
     calibration = calibrate(stated, segments)
-    progress("simulating what a true model would leave")
+    progress("simulating the residual of a true model")
     try:
         current_model = current_model_near(stated, segments, calibration.fit.whole, calibration.unknowns, _ITERATIONS)
         current_model = after_first_slide(stated, segments, current_model, _ITERATIONS)

@@ -72,7 +72,7 @@ def _chosen(sweeps: Sequence[Sweep], fit_on: Sequence[float]) -> list[bool]:
         allowed = ", ".join(f"{value:g}" for value in there if np.isfinite(value)) or "none: no condition was set"
         raise InputError(
             Problem(
-                "--fit-on asks for runs that are not there" if unknown else "--fit-on leaves no run to judge by",
+                "--fit-on must name conditions of the data" if unknown else "--fit-on must leave a run to judge by",
                 value=", ".join(f"{value:g}" for value in fit_on),
                 allowed=allowed,
             )

@@ -30,7 +30,7 @@ Float64 = NDArray[np.float64]
 # Decision 0029. A published throttle by these: benchmarks/explain_tbcp.py.
 _BLOCKS = 40
 _Z = 2.02  # Student's 97.5 % of 40 blocks
-_AT_NOISE_FLOOR = 2.0  # times the sensor's noise: what is as near as that lacks nothing that could be seen
+_AT_NOISE_FLOOR = 2.0  # times the sensor's noise: a smaller error shows no missing effect
 _FEWEST_RUNS = 5  # in which a trend is looked for
 _SEEN = 1e-4  # of the squared residual: what a whole tolerance must change for the data to say anything of a number
 
@@ -69,7 +69,7 @@ def answer_of(
         unexplained=Unexplained(
             runs=_worst(runs) if verdict == "unexplained" else (), text="" if missed else _trend(runs)
         ),
-        calibrated={} if missed else _calibrated(model, found),  # else it stands for what was commanded
+        calibrated={} if missed else _calibrated(model, found),  # else it compensates for unrecorded commands
         nuisances={"voltage_time_offset": Nuisance(found.late * TICK, "s")},
         runs=runs,
         errors=Errors(
@@ -90,10 +90,10 @@ def _may_miss_commands(origin: str, samples: DriveSamples, model: Model) -> list
     if is_held(samples, model.sensors):
         return []
     its, rate = ("duty" if samples.is_duty else "voltage"), 1e9 / float(np.median(np.diff(samples.time_ns)))
-    what = f"the model leaves more than noise, and at {rate:.0f} Hz the {its} may change between samples"
-    why = "it does not stand from sample to sample; a fault is not told from what was commanded there"
-    remedy = "drive it in steps that stand for several samples, or record every command of the controller"
-    return [f"{origin}: {what} ({why}): {remedy}"]
+    what = f"the residual exceeds the noise, and at {rate:.0f} Hz the {its} may change between samples"
+    why = "the data cannot distinguish a fault from such a command"
+    remedy = "hold each step for several samples, or record every command of the controller"
+    return [f"{origin}: {what}; {why}: {remedy}"]
 
 
 def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> FreeRun:
@@ -149,9 +149,9 @@ def _calibrated(model: Model, found: SweepFit) -> Mapping[str, CalibratedParamet
         reach = _Z * float(spread[k]) * unknown.scale if shown[k] and not on_bound else high - low
         flags = []
         if not shown[k]:
-            flags.append("these data say nothing of it")
+            flags.append("these data do not determine it")
         elif on_bound:
-            flags.append("on a bound: these data do not tell it, or the model lacks something there")
+            flags.append("on a bound: these data do not determine it, or the model lacks an effect")
         result[unknown.name] = CalibratedParameter(
             unit=value_unit(unknown.name, is_linear=model.is_linear),
             nominal=float(getattr(model.values, unknown.name)),
@@ -184,17 +184,17 @@ def _starts(ends: Sequence[float]) -> str:
 def _quality(recording: Recording, samples: DriveSamples, sweeps: Sequence[Sweep], found: SweepFit) -> DataQuality:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
     flags = [slow_remark(recording), *samples.angles.flags]
-    flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
+    flags += ["no balances: no cause can be named; fitted parameters may compensate a missing effect"]
     roles = recording.roles
     if "motor_current" not in roles:
         flags.append("motor_current is missing: the scale of torques and of inertia is the model file's motor constant")
     if "motor_duty" in roles and "motor_voltage" not in roles:
         flags.append(
             "motor_voltage is duty times supply"
-            + ("" if "supply_voltage" in roles else ", which the model file states: nobody measured it")
+            + ("" if "supply_voltage" in roles else " of the model file: the supply was not measured")
         )
     if "temperature" not in roles:
-        flags.append("no temperature: heat cannot be told from time")
+        flags.append("no temperature: effects of temperature cannot be distinguished from changes over time")
     if found.late:
         flags.append(
             f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its sample, or the angle was taken earlier"

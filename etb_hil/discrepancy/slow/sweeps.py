@@ -93,11 +93,11 @@ def slow_remark(recording: Recording) -> str:
         return ""
     seen = next(role for role in ANGLES if role in recording.roles)
     rate = 1e9 / float(np.median(np.diff(recording.series(seen).time_ns)))
-    says = f"{recording.origin} has {rate:.3g} samples a second: causes are named from {SLOWEST:g} a second on"
+    says = f"{recording.origin} has {rate:.3g} samples a second: naming a cause needs {SLOWEST:g} a second"
     if rate > SLOWEST / _FAR:
-        return f"{says}; of these data free runs alone are made, which takes minutes"
+        return f"{says}; these data allow free runs only, which takes minutes"
     asks = "look at the time's unit in the column's header or in the map (ms that are read as s?)"
-    return f"{says}; {asks}. Of these data free runs alone are made, which takes minutes"
+    return f"{says}; {asks}. These data allow free runs only, which takes minutes"
 
 
 def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
@@ -133,7 +133,7 @@ def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
             )
         )
     if not found:
-        raise InputError(Problem(f"{recording.origin} falls apart into runs of less than {FEWEST_SAMPLES} samples"))
+        raise InputError(Problem(f"{recording.origin} has only runs of less than {FEWEST_SAMPLES} samples"))
     return found
 
 

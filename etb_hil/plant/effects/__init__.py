@@ -1,4 +1,4 @@
-"""What the base model leaves out: one effect a file, and their ports.
+"""Effects beyond the base model, one a file, and their ports.
 
 At a port, effects enter the equations.
 """

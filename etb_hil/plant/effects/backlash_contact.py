@@ -1,6 +1,6 @@
-"""Where the plate stands when teeth and shaft give way.
+"""Angle of the plate behind backlash and compliant shaft.
 
-What they carry and how far they give agree.
+The load on both agrees with their deflection.
 """
 
 from __future__ import annotations

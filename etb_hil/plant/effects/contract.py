@@ -48,10 +48,10 @@ def misstatements(effect: Effect, others: Mapping[str, Effect]) -> list[str]:
     found += _of_terms(effect)
     for name in (*effect.look_alikes, *effect.in_part_like, *effect.without_current_like):
         if name not in others and name.partition(":")[0] != "parameter":
-            found.append(f"{name} is no effect: look-alikes are effects, or parameter:NAME")
+            found.append(f"look-alikes must be effects, or parameter:NAME (got {name})")
     strengths = {effect.parameters[k].name for k in effect.strengths}
-    found += [f"{name} in `by_bench` is no strength" for name in effect.by_bench[1] if name not in strengths]
-    found += [f"{law.strength} in `laws` is no strength" for law in effect.laws if law.strength not in strengths]
+    found += [f"{name} in `by_bench` must be a strength" for name in effect.by_bench[1] if name not in strengths]
+    found += [f"{law.strength} in `laws` must be a strength" for law in effect.laws if law.strength not in strengths]
     return [f"{effect.id}: {one}" for one in found]
 
 
@@ -110,7 +110,7 @@ def _of_parameters(effect: Effect) -> Iterable[str]:
 def _of_parameter(parameter: EffectParameter) -> Iterable[str]:
     name = parameter.name
     if not name.isidentifier() or keyword.iskeyword(name):
-        yield f"{name!r} is no name of a parameter"
+        yield f"the name of a parameter must be a Python name (got {name!r})"
     if not parameter.low < parameter.high:
         yield f"{name} has no range ({parameter.low:g} to {parameter.high:g} {parameter.unit})"
     for value in (*parameter.starts, *parameter.elsewhere):

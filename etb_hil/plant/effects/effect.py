@@ -65,11 +65,12 @@ class BenchMeasurement(StrEnum):
     SPRINGS = "move the plate with a torque gauge from stop to stop, the gear taken out and no air flowing"
     STOPS = "read the plate's angle at both stops and, let go from either side, at limp-home"
     FRICTION = (
-        "turn the plate slowly with a torque gauge both ways, the motor's leads open: half the difference, and "
-        "what it takes to break away"
+        "open the motor's leads; measure opening and closing torque with a torque gauge at the plate, slowly and at "
+        "the first movement; take half the difference"
     )
     PLAY = (
-        "hold the motor and load the plate's lever both ways under a dial gauge: what gives at once, and with the load"
+        "lock the motor; load the plate's lever in both directions under a dial gauge; read the free play, and the "
+        "angle over the load"
     )
     SUPPLY = "read the supply at the bridge with a voltmeter, at rest and under a known current"
     BRUSHES = "hold the motor at several currents of both signs and read the voltage at its terminals: its intercept"

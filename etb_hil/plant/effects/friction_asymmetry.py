@@ -55,14 +55,14 @@ EFFECT = Effect(
         ),
     ),
     looks_like="opening and closing need different torque, also where the spring turns round",
-    check="one-sided seal or brush; current sensor's zero first",
+    check="read the current sensor's zero, then look for a one-sided seal or brush",
     look_alikes=("spring_preload_shift", "current_sensor_offset"),
-    separated_by="a sweep through limp-home, and the current's zero with the bridge off",
+    separated_by="sweep through limp-home, and read the current's zero with the bridge off",
     source="Janot, Gautier, Brunot 2019 (asymmetric friction of a drive); Armstrong-Helouvry 1991 (sides settle apart)",
     finer=(
         finer("lag", "1", -1.0, 1.3, "c: 0 the side is settled as tanh, 1 as x / (1 + |x|), -1 along a line", 0.25),
         finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is equal on both sides", 0.25),
     ),
     terms={Port.FRICTION_SHARE: share, Port.VISCOUS_SHARE: viscous_share},
-    separated_on_drive="the axis mounted the other way round: its friction turns with it, a load does not",
+    separated_on_drive="mount the axis the other way round: its friction turns with it, a load does not",
 )

@@ -49,9 +49,9 @@ EFFECT = Effect(
         strength("second_cosine", "1", -0.8, 0.8, (), "at twice the order"),
     ),
     looks_like="friction wavy over the angle, equal in both directions",
-    check="bearings, gear teeth, a bent shaft: turn by hand and feel for periodic drag",
+    check="inspect bearings, gear teeth and shaft; turn by hand and feel for periodic drag",
     look_alikes=("cogging_torque", "angle_sensor_eccentricity", "friction_position_local"),
-    separated_by="order spectrum of the residual at two speeds, in both directions: friction changes its sign",
+    separated_by="record at two speeds in both directions, and compare the orders: friction changes its sign",
     source="Armstrong-Helouvry, Control of Machines with Friction, 1991",
     is_of_place=True,
     finer=(

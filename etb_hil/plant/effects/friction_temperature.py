@@ -46,9 +46,9 @@ EFFECT = Effect(
         strength("viscosity_per_30_kelvin", "1", -3.0, 3.0, (-0.3,), "grease thins when warm"),
     ),
     looks_like="friction drifts as the housing warms or cools",
-    check="repeat cold and warm; grease",
+    check="check the grease; repeat the record cold and warm",
     look_alikes=("magnet_temperature",),
-    separated_by="a logged temperature and a repeat at the first one",
+    separated_by="log the temperature, and repeat the record at the first one",
     source="Bittencourt and Gunnarsson 2012 (friction over temperature)",
     limits="needs the temperature logged, and changing",
     finer=(

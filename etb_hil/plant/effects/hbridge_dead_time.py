@@ -31,9 +31,9 @@ EFFECT = Effect(
         shape("sharpness", "1", 1.0, 12.0, (2.0, 6.0), "how sharply the error saturates"),
     ),
     looks_like="small duties do nothing, large ones lose a constant voltage",
-    check="the PWM frequency: the error grows with it",
+    check="change the PWM frequency: the error grows with it",
     look_alikes=("brush_drop", "supply_sag"),
-    separated_by="duty staircase at two supply voltages and two PWM frequencies",
+    separated_by="run a duty staircase at two supply voltages and two PWM frequencies",
     source="Choi and Sul 1996 (inverter dead time)",
     finer=(
         finer("flatness", "1", -0.3, 1.5, "q: 0 in proportion about zero, more: the current is clamped there", 0.25),

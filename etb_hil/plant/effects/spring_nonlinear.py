@@ -37,9 +37,9 @@ EFFECT = Effect(
         strength("quartic", "N·m", -2.0, 2.0, (0.02,), _SPAN),
     ),
     looks_like="the torque over the angle is bent, equal in both directions and at every speed",
-    check="coils that touch, a spring hooked wrongly",
+    check="look for coils that touch and for a spring in the wrong hook",
     look_alikes=("aerodynamic_torque", "spring_preload_shift"),
-    separated_by="sweeps in both directions, with no air flow",
+    separated_by="sweep in both directions without air flow",
     source="chosen form: what a straight line leaves",
     is_of_place=True,
     finer=(

@@ -50,9 +50,9 @@ EFFECT = Effect(
         shape("renewal", "rad", 0.0003, 0.02, (0.0015, 0.005), "way over which contacts renew"),
     ),
     looks_like="the first move after a pause needs more torque, the longer the pause the more",
-    check="deposits, cold soak, gum at the bore",
+    check="look for deposits at the bore; repeat after a cold soak",
     look_alikes=("stribeck_shape",),
-    separated_by="dwells of 0.1, 1, 10 and 100 s in shuffled order",
+    separated_by="dwell for 0.1, 1, 10 and 100 s in shuffled order",
     source="Dieterich 1979 (age of contacts); Ruina 1983; Kato, Sato, Matsubayashi 1972 (it saturates)",
     finer=(
         finer("growth", "1", -1.5, 0.5, "q: above 0 a power of the time, below 0 it saturates", 0.1),

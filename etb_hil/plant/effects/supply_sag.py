@@ -68,7 +68,7 @@ EFFECT = Effect(
         shape("time_constant", "s", 0.0, 0.6, (0.0,), "of the supply's capacitor"),
     ),
     looks_like="less voltage than commanded at high duty and current",
-    check="log the supply; clamps and leads",
+    check="log the supply voltage; check clamps and leads",
     look_alikes=("parameter:resistance", "resistance_temperature", "brush_drop", "hbridge_dead_time"),
     separated_by="log the supply voltage at the bridge",
     source="Thevenin source",

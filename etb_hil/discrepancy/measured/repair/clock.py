@@ -34,7 +34,9 @@ def even_times(time_ns: Int64, angle: Float64) -> tuple[Int64, list[str]]:
     if share + _SURE * error > _HALF:
         return time_ns, []
     what = f"time stamps scatter by {1e3 * scatter:.2g} ms (rms) about an even clock, and the motion does not"
-    return time_ns[0] + np.round(samples * step * 1e9).astype(np.int64), [f"{what}: samples were taken for even"]
+    return time_ns[0] + np.round(samples * step * 1e9).astype(np.int64), [
+        f"{what}: the analysis takes the samples as evenly spaced"
+    ]
 
 
 def _lacks_samples(off: Float64, step: float) -> bool:

@@ -51,7 +51,7 @@ def observed_noise(measured: Measurement) -> tuple[Sensors, list[str]]:
         if seen > _MORE * promised:
             found[key] = float(np.sqrt(max(seen**2 - step**2 / 12.0, 0.0)))
             more = f"{1e3 * seen:.3g} m{unit} rms at rest, where the model file's sensors have {1e3 * promised:.3g}"
-            said.append(f"{role} has a noise of {more}: it is weighed by what it has")
+            said.append(f"{role} has a noise of {more}: the analysis uses the observed noise")
     return sheet.model_copy(update=found), said
 
 

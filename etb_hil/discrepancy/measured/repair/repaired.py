@@ -38,7 +38,7 @@ def _without_spikes(m: Measurement) -> Measurement:
         what = (
             f"1 single value of {m.role(name)} jumps" if count == 1 else f"{count} single values of {m.role(name)} jump"
         )
-        said.append(f"{what} away and back as nothing in a throttle does: what is expected there stands for them")
+        said.append(f"{what} away and back faster than a throttle can: the analysis interpolates there")
     return replace(m, flags=(*m.flags, *said), **columns)
 
 
@@ -53,8 +53,8 @@ def _coasting(m: Measurement, model: Model) -> Measurement:
     if found is None:
         return m
     seconds = f"{float(np.count_nonzero(found.samples)) * m.dt:.2g} s"
-    what = f"motor_voltage is 0 V while the motor turns with the bridge off ({seconds}): commanded, and not measured"
-    said = f"{what}; what the motor gives stands for it, and is not judged"
+    what = f"motor_voltage is 0 V while the motor turns with the bridge off ({seconds}): a command, not a measurement"
+    said = f"{what}; the analysis uses the back-EMF there and does not judge it"
     return replace(m, voltage=found.voltage, is_good=m.is_good & ~found.samples, flags=(*m.flags, said))
 
 
@@ -62,7 +62,7 @@ def _from_its_zero(m: Measurement, model: Model) -> Measurement:
     zero = voltage_zero(m, model)
     if zero == 0.0:
         return m
-    said = f"motor_voltage is {1e3 * zero:.3g} mV where no current flows and nothing moves: taken from that zero"
+    said = f"motor_voltage is {1e3 * zero:.3g} mV at zero current and at rest: the analysis subtracts that offset"
     return replace(m, voltage=m.voltage - zero, flags=(*m.flags, said))
 
 
@@ -80,5 +80,5 @@ def _in_step(m: Measurement) -> Measurement:
     sample, way = "sample" if abs(late) == 1 else "samples", "late" if late > 0 else "early"
     answers = "before" if late > 0 else "after"
     what = f"motor_voltage is {abs(late)} {sample} ({1e3 * abs(late) * m.dt:.2g} ms) {way}"
-    said = f"{what}, for the current answers each of its steps as long {answers} it: it was put back in step"
+    said = f"{what}: the current responds that long {answers} each step; the analysis corrects the time offset"
     return replace(m, voltage=voltage, is_good=is_good, flags=(*m.flags, said))
