@@ -29,6 +29,9 @@ BANNED = {
     r"stretches": "segments",
     r"what is left": "residual",
     r"wrong numbers?": "parametric fault",
+    r"of their like|past alone|not told yet": "of units, of the past only, not enough runs for",
+    r"told from|measured by hand|however large": "distinguished from, measured at the bench, not detectable",
+    r"put right|worse off|stands? for something else": "correct, increases the residual, approximates",
     r"the house|rooms|the (?:whole )?door": "layers, packages, CI",
 }
 PATTERNS = {re.compile(rf"(?<![\w-])(?:{word})(?![\w-])", re.IGNORECASE): better for word, better in BANNED.items()}

@@ -140,7 +140,7 @@ def check_key(key: SecurityKey) -> None:
     for length in range(1, 17):
         seed = bytes((37 * k + length) % 256 for k in range(length))
         first, second = key.compute(seed, 1), key.compute(seed, 1)
-        assert isinstance(first, bytes), f"the key of a seed of {length} bytes is no bytes"
+        assert isinstance(first, bytes), f"the key of a seed of {length} bytes must be bytes"
         assert first, f"the key of a seed of {length} bytes is empty"
         assert first == second, f"two keys of one seed of {length} bytes differ"
     with _having("keys", _NAME, key) as name, tempfile.TemporaryDirectory() as folder:

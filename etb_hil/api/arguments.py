@@ -1,4 +1,4 @@
-"""What the arguments of public functions may be, by their annotations.
+"""Check the arguments of public functions by their annotations.
 
 Another type is refused first.
 """

@@ -78,7 +78,7 @@ def diagnose(
 
     judged_by = as_model(model)
     if missing := [role for role in NEEDED if role not in recording.roles]:
-        what = f"{recording.origin} has no {' and no '.join(missing)}, which friction is told from"
+        what = f"{recording.origin} needs {' and '.join(missing)} to measure friction"
         raise InputError(Problem(what, allowed=", ".join(NEEDED), remedy="name its column in a map file"))
     diagnosis = Diagnosis(judged_by, as_limits(limits), observer or DEFAULT)
     plausibility = Plausibility(judged_by)

@@ -1,4 +1,4 @@
-"""What the simulation gets wrong of a measurement.
+"""Explain the differences between a measurement and the simulation.
 
 The causes, the model extended by them, and the gain.
 """

@@ -1,4 +1,4 @@
-"""What a notebook shows: a line, a table, notes and a picture."""
+"""Notebook output: a line, a table, notes and a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What many runs say of units, production and benches."""
+"""Statistics of many runs: units, production and benches."""
 
 from __future__ import annotations
 

@@ -187,7 +187,7 @@ def read(source: str | Path, *, bench: str | Path | None = None, columns: str | 
         return Recording.of(_of_can(path, bench), path if path.is_dir() else None)
     if path.is_file() and path.suffix.lower() not in FORMATS:
         remedy = "of a CAN log, --bench says which signal is which role, as docs/examples/passat.bench.yaml does"
-        raise InputError(Problem("is no table", Place(path), path.suffix, ", ".join(FORMATS), remedy))
+        raise InputError(Problem("must have a suffix of a table", Place(path), path.suffix, ", ".join(FORMATS), remedy))
     return Recording.of(read_table(path, None if columns is None else Path(columns)))
 
 

@@ -1,1 +1,1 @@
-"""What all else rests on: errors, units, files that people write, roles, clocks."""
+"""Basic types: errors, units, input files, roles of signals, clocks."""

@@ -1,6 +1,6 @@
-"""Public names that go: they still work for one minor version.
+"""Deprecated public names, which still work for one minor version.
 
-They say what takes their place.
+The warning names what replaces them.
 """
 
 from __future__ import annotations

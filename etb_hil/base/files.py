@@ -1,6 +1,6 @@
-"""Files that are there whole or not at all.
+"""Write files atomically: a reader finds the whole file or none.
 
-They are written under another name, flushed to the disk, then renamed.
+Files are written under another name, flushed to the disk, then renamed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How late the host was at its own deadlines.
+"""Lateness of the host at its own deadlines.
 
 Lateness is the host's grade at wall clock, and no part of a verdict.
 """

@@ -1,4 +1,4 @@
-"""What a throttle controller can be told to do.
+"""Modes of a throttle controller.
 
 The numbers are those of the command frame.
 """

@@ -203,7 +203,7 @@ def remove_file(path: Path) -> None:
     """Take out a file that was added; InputError where it was not."""
     path = path.absolute()
     if path not in files():
-        raise InputError(Problem("this file is no plug-in of this process", Place(path)))
+        raise InputError(Problem("this file must be a plug-in of this process", Place(path)))
     _set_files(tuple(one for one in files() if one != path))
 
 

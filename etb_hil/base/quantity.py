@@ -127,7 +127,7 @@ def to_si(value: float, unit: str, dimension: str) -> float:
     units = DIMENSIONS[dimension][1]
     tidied = tidy_unit(unit)
     if tidied not in units:
-        wrong = f"'{unit}' is no unit of {dimension}" if unit else "the unit is missing"
+        wrong = f"must be a unit of {dimension} (got '{unit}')" if unit else "the unit is missing"
         raise ValueError(f"{wrong}; write the value with one of: {', '.join(units)}")
     factor, offset = units[tidied]
     return value * factor + offset

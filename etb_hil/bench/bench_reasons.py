@@ -126,7 +126,7 @@ BENCH_REASONS = {
         "Check what the scenario waits for, then repeat.",
     ),
     "stopped_by_answer": Wording(
-        "The run was ended by the operator's answer.", "Put right what was asked for, then repeat."
+        "The run was ended by the operator's answer.", "Correct what was requested, then repeat."
     ),
     "nobody_answered": Wording("Nobody answered the scenario's question.", "Repeat the test with somebody at it."),
 }

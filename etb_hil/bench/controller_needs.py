@@ -1,4 +1,4 @@
-"""What a run needs of the controller's DBC file, and what it goes without.
+"""Check of a controller's DBC file against the needs of a run.
 
 This check refuses what says too little or cannot be sent.
 """
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from etb_hil.scenario.trajectory import SetPoint
 
 _NEEDED = {
-    "motor_current": "friction torque cannot be told without it",
-    "motor_angle": "friction torque cannot be told without it",
-    "throttle_angle": "the encoder's zero and the stops cannot be found without it",
-    "command_mode": "the controller cannot be switched off without it",
-    "command_position": "no motion can be commanded without it",
+    "motor_current": "it is needed to measure friction torque",
+    "motor_angle": "it is needed to measure friction torque",
+    "throttle_angle": "it is needed to find the encoder's zero and the stops",
+    "command_mode": "it is needed to switch the controller off",
+    "command_position": "it is needed to command a motion",
 }
 _MODES = {Mode.VELOCITY: "command_velocity", Mode.VOLTAGE: "command_voltage"}
 _WATCHED = {

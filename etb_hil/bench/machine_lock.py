@@ -116,7 +116,7 @@ def _opened_in(folder: int, name: str) -> int:
     state = os.fstat(descriptor)
     if not stat.S_ISREG(state.st_mode) or state.st_nlink > 1:
         os.close(descriptor)
-        raise OSError(errno.EINVAL, "it is no file of its own; remove it")
+        raise OSError(errno.EINVAL, "it must be a regular file with one link; remove it")
     return descriptor
 
 

@@ -1,4 +1,4 @@
-"""What a bench reads of the unit by data identifier, each when it is due."""
+"""Readings of the unit by data identifier, each when it is due."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a watcher of a running bench is told, a few times a second."""
+"""Snapshot of a running bench for watchers, a few times a second."""
 
 from __future__ import annotations
 

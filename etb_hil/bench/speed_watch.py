@@ -1,4 +1,4 @@
-"""How fast the plate moves by its motor's encoder.
+"""Watch of the plate's speed by the motor's encoder.
 
 Every sample of it is looked at, not one a beat.
 """

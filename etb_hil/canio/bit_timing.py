@@ -1,4 +1,4 @@
-"""How long a frame is on the wire.
+"""Time of a frame on the wire.
 
 Every bit of it counts, the stuffed bits that its content causes included.
 

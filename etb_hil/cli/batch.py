@@ -185,5 +185,12 @@ def checked_serial(text: str) -> str:
     """Return a serial number; InputError where it cannot be one."""
     if not text or len(text) > LONGEST or printable(text) != text:
         allowed = f"1 to {LONGEST} characters that can be printed"
-        raise InputError(Problem("is no serial number", value=text, allowed=allowed, remedy="type or scan it again"))
+        raise InputError(
+            Problem(
+                "the serial number must be short and printable",
+                value=text,
+                allowed=allowed,
+                remedy="type or scan it again",
+            )
+        )
     return text

@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         print(f"WRONG     {problem}")
     missing = sum(finding.ok is False for finding in findings)
     if problems:
-        print("not ready a run would be refused: put right what is wrong above")
+        print("not ready a run would be refused: correct the lines marked WRONG above")
         return ExitCode.BAD_INPUT
     if missing:
         print(

@@ -1,4 +1,4 @@
-"""What a run leaves for a CI server: JUnit, JSON, comparison to a baseline."""
+"""Output of a run for a CI server: JUnit, JSON, comparison to a baseline."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _clear(path: Path) -> None:
     Find out whether a file can stand there.
     """
     if path.exists() and not (path.is_file() or path.is_dir()):  # else /dev/null would be gone for everybody
-        raise InputError(Problem("is no file that can be written anew", Place(path), remedy="choose another file"))
+        raise InputError(Problem("must be a regular file", Place(path), remedy="choose another file"))
     if not path.parent.is_dir():
         raise InputError(Problem("no such folder", Place(path.parent), remedy="create it, or correct the path"))
     with refused_by_name(path):

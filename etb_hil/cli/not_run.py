@@ -1,4 +1,4 @@
-"""What a CI server is told of a run that could not begin.
+"""Report to a CI server that a run could not begin.
 
 The server gets results without a session.
 """
@@ -21,9 +21,7 @@ def faulted(job: Job, serial: str, fault: BenchFault) -> RunResult:
 
     The bench failed.
     """
-    bench = Bench(
-        BenchOutcome.FAULT, "", str(fault), "Put right what is named, then repeat.", name=job.setup.bench.name
-    )
+    bench = Bench(BenchOutcome.FAULT, "", str(fault), "Correct what is named, then repeat.", name=job.setup.bench.name)
     return _results(job, serial, bench)
 
 

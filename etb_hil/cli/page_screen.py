@@ -72,7 +72,7 @@ def run_for_page(units: Units, options: argparse.Namespace) -> int:
         outcome = refusal("ABORTED", reason, "Repeat the test.")
         raise
     except EtbHilError as error:
-        outcome = refusal("BENCH FAULT", str(error), "Put right what is named, then repeat.")
+        outcome = refusal("BENCH FAULT", str(error), "Correct what is named, then repeat.")
         raise
     finally:
         known = channel.read_state()

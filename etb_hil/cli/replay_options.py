@@ -1,4 +1,4 @@
-"""What the options of `replay` mean together.
+"""Checks of the options of `replay` against each other.
 
 Which go with which, and the files and parts that they name.
 """
@@ -121,7 +121,9 @@ def _sources(options: argparse.Namespace) -> Iterable[Problem]:
     if not options.join:
         yield Problem("several sources", allowed="one", remedy="judge each with --jobs, or all as one with --join")
     elif not options.onto and any(map(is_session, options.sources)):
-        yield Problem("a session is no part of a recording", remedy="name its raw.blf, or judge each with --jobs")
+        yield Problem(
+            "parts of a recording must be logs, not sessions", remedy="name its raw.blf, or judge each with --jobs"
+        )
 
 
 def units_of(options: argparse.Namespace) -> list[tuple[RuleFiles, int | None]]:

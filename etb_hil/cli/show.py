@@ -1,4 +1,4 @@
-"""What `run` prints and writes once a unit has been judged."""
+"""Output of `run` once a unit has been judged."""
 
 from __future__ import annotations
 

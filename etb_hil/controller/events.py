@@ -1,4 +1,4 @@
-"""What commands, requests and refused frames do at a control tick."""
+"""Effects of commands, requests and refused frames at a control tick."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the controller's sensors report of the plant.
+"""Sensors of the controller, reading the plant.
 
 A reading has noise, steps and ranges of the unit's data sheet.
 """

@@ -1,4 +1,4 @@
-"""What the controller remembers from tick to tick, and its constants.
+"""State of the controller from tick to tick, and its constants.
 
 The classes below are the fields of records: elements of a numpy array that compiled code reads and writes by name.
 Ticks count 50 us from power-on; angles are at the throttle shaft and in rad unless a field says otherwise.

@@ -1,4 +1,4 @@
-"""What takes the bridge off whatever the set-points say.
+"""Supervision that switches the bridge off whatever the set-points say.
 
 This is the watchdog and the controller's own protections.
 """

@@ -122,9 +122,7 @@ def _one_way(assessment: Assessment) -> list[Reason]:
     opening, closing = assessment.ways
     if assessment.fit is None or min(opening, closing) >= _FEWEST_A_WAY:
         return []
-    text = (
-        f"{opening} segments of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
-    )
+    text = f"{opening} segments of 17 ms opened the plate and {closing} closed it: both are needed to measure friction"
     return [Reason("one_way", text)]
 
 

@@ -1,6 +1,6 @@
-"""What is measured with the bridge off.
+"""Measurements with the bridge off.
 
-These are the current sensor's zero, and where the encoder stands.
+The current sensor's zero and the encoder's position are measured.
 """
 
 from __future__ import annotations

@@ -341,7 +341,7 @@ class _Running:
 
 
 def _told(one: Measured, *, is_withheld: bool, is_untold: bool) -> Measurement:
-    """Return a measurement as the data allow it to be told.
+    """Return a measurement as far as the data determine it.
 
     What rests on the model is held against no limit where a verdict is withheld, and nothing bounds it where the data
     contradict the model.

@@ -1,4 +1,4 @@
-"""What is known of a run when it is over: measurements are computed from it."""
+"""Findings of a complete run: measurements are computed from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a verdict is made from, beside the measurements."""
+"""Evidence for a verdict beside the measurements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a value may be off by several errors together.
+"""Half width of an interval with several errors together.
 
 Some of them are normal, some uniform within bounds.
 """

@@ -1,4 +1,4 @@
-"""Where a descent by another law of friction begins.
+"""Initial values of a fit by another law of friction.
 
 Of windows that slide, friction is linear in all parameters but the exponent and omega_s: of those, the best of a grid
 is taken, each with its own least squares (variable projection; Golub and Pereyra 1973). All of it costs about as much

@@ -1,4 +1,4 @@
-"""What a measurement declares.
+"""Declaration of a measurement.
 
 One file of `measurements/` holds one declaration and how the value is computed.
 """
@@ -98,13 +98,13 @@ def _misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[s
     if not is_si(kind.unit):
         meant = si_unit_meant(kind.unit)
         remedy = f"did you mean '{meant}'?" if meant else "write it with A, V, rad, N·m and the like, '1' for a ratio"
-        yield f"the unit {kind.unit!r} is no SI unit; {remedy}"
+        yield f"the unit must be an SI unit (got {kind.unit!r}); {remedy}"
     if unknown := sorted(kind.roles - ROLES.keys()):
         yield f"there is no role {', '.join(unknown)}"
     try:
         re.compile(kind.suffixes)
     except re.error as error:
-        yield f"`suffixes` is no regular expression: {error}"
+        yield f"`suffixes` must be a regular expression: {error}"
     for other in filter(None, (kind.friction_of, kind.judged_at_rest_by)):
         if other not in others:
             yield f"there is no measurement {other}"

@@ -92,7 +92,7 @@ def _estimates(found: Iterable[Estimate]) -> tuple[Estimate, ...]:
         raise TypeError("it returned something else than Estimate, several of them, or None")
     for one in several:
         if not all(value is None or math.isfinite(value) for value in (one.value, one.low, one.high)):
-            raise ValueError(f"it returned {one.value} [{one.low}, {one.high}], which is no number")
+            raise ValueError(f"it returned {one.value} [{one.low}, {one.high}]; values must be finite, or None")
     return several
 
 

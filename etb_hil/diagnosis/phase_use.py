@@ -1,4 +1,4 @@
-"""What the diagnosis does with the samples of a phase.
+"""Use of a phase's samples in the diagnosis.
 
 Each kind of phase declares it.
 """

@@ -1,4 +1,4 @@
-"""What is known before a fit.
+"""Prior of a fit.
 
 That is the bench's model, and how far its tolerances let it be off.
 """

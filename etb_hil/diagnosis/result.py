@@ -1,4 +1,4 @@
-"""What a diagnosis hands over: the same live and in replay."""
+"""Result of a diagnosis, the same live and in replay."""
 
 from __future__ import annotations
 

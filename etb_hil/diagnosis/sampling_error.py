@@ -1,4 +1,4 @@
-"""What it costs that a signal is read only a few times a second.
+"""Error of a signal that is read only a few times a second.
 
 The same run is judged with every second reading left out.
 

@@ -1,4 +1,4 @@
-"""How far a fit is off by noise that lasts.
+"""Interval of a fit under correlated noise.
 
 Segments of the run are drawn anew with replacement, and fitted.
 

@@ -1,4 +1,4 @@
-"""What observers of current and angle alone have in common.
+"""Common parts of observers of current and angle alone.
 
 The common part is all but their compiled function.
 """

@@ -1,4 +1,4 @@
-"""What every observer takes and gives."""
+"""Input and output of every observer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an operator page and the run that it shows meet.
+"""Channel between an operator page and the run that it shows.
 
 The meeting place is a folder with a lock, two sockets and the state of the run.
 

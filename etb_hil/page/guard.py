@@ -1,4 +1,4 @@
-"""What every request passes first.
+"""Checks of every request: host, origin, rate and headers.
 
 The right host and origin, not too often, and headers that keep scripts out.
 """

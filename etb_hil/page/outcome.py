@@ -1,4 +1,4 @@
-"""What came of a run, as plain values for the page.
+"""Outcome of a run as plain values for the page.
 
 The run's own process makes them.
 """

@@ -47,12 +47,12 @@ class Password:
         try:
             mode, text = path.stat().st_mode, path.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise InputError(Problem(f"is no password file: {error}", Place(path), remedy=make)) from None
+            raise InputError(Problem(f"must be a password file: {error}", Place(path), remedy=make)) from None
         if stat.S_IMODE(mode) & 0o077:
             raise InputError(Problem("others can read the password file", Place(path), remedy=f"chmod 600 {path}"))
         found = _LINE.fullmatch(text)
         if found is None:
-            raise InputError(Problem("is no password file", Place(path), remedy=make))
+            raise InputError(Problem("must be a password file", Place(path), remedy=make))
         self._salt, self._hash = bytes.fromhex(found[1]), bytes.fromhex(found[2])
 
     def fits(self, given: str) -> bool:

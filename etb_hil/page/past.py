@@ -1,4 +1,4 @@
-"""What the page shows of earlier runs, read as `history` does.
+"""Earlier runs on the page, read as `history` does.
 
 Last units, yield, and a measurement over time.
 """

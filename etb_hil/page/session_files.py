@@ -1,4 +1,4 @@
-"""What the engineer's view reads of a session.
+"""Files of a session for the engineer's view.
 
 The module reads results, raw frames, and signals in formats for other tools.
 """

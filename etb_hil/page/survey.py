@@ -1,4 +1,4 @@
-"""What a page tells of its bench before a run.
+"""Survey of a bench that a page shows before a run.
 
 `python -m etb_hil.page.survey` is a process that ends with its answer.
 

@@ -1,4 +1,4 @@
-"""Where the seed paper contradicts itself or leaves open what it means.
+"""Contradictions and ambiguities of the seed paper, and how they are read.
 
 Each place has the reading taken, and what the other one gives.
 """

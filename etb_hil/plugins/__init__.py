@@ -1,4 +1,4 @@
-"""Plug-ins: what loads them from files.
+"""Load plug-ins from files.
 
 The modules of this package hold what each kind of part is declared with.
 """

@@ -1,4 +1,4 @@
-"""What an effect is declared with; `EFFECT = Effect(...)`."""
+"""Declaration of an effect; `EFFECT = Effect(...)`."""
 
 from etb_hil.plant.component import Component as Component
 from etb_hil.plant.effects.effect import Balance as Balance

@@ -1,4 +1,4 @@
-"""What a key function of security access is declared with.
+"""Declaration of a key function of security access.
 
 A plug-in writes `KEY = SecurityKey(...)`.
 """

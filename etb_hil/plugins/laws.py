@@ -1,4 +1,4 @@
-"""What a position law is declared with; `LAW = ControlLaw(...)`."""
+"""Declaration of a position law; `LAW = ControlLaw(...)`."""
 
 from etb_hil.controller.laws.interface import CONTROL_PERIOD as CONTROL_PERIOD
 from etb_hil.controller.laws.interface import CUT_OFF as CUT_OFF

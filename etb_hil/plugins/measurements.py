@@ -1,4 +1,4 @@
-"""What a measurement is declared with; `MEASUREMENT = MeasurementKind(...)`."""
+"""Declaration of a measurement; `MEASUREMENT = MeasurementKind(...)`."""
 
 from etb_hil.diagnosis.findings import Findings as Findings
 from etb_hil.diagnosis.measurement_kind import Estimate as Estimate

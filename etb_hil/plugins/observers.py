@@ -1,4 +1,4 @@
-"""What an observer is declared with; `OBSERVER = ObserverKind(...)`."""
+"""Declaration of an observer; `OBSERVER = ObserverKind(...)`."""
 
 from etb_hil.observer.estimate import FrictionEstimate as FrictionEstimate
 from etb_hil.observer.estimate import Observer as Observer

@@ -1,4 +1,4 @@
-"""What a kind of phase is declared with: a subclass of `PhaseModel`.
+"""Declaration of a kind of phase: a subclass of `PhaseModel`.
 
 A plug-in writes `PHASE = MyPhase`.
 """

@@ -1,4 +1,4 @@
-"""What a log reader is declared with; `READER = Reader(...)`."""
+"""Declaration of a log reader; `READER = Reader(...)`."""
 
 from etb_hil.canio.frames import FrameBlock as FrameBlock
 from etb_hil.canio.frames import FrameFlag as FrameFlag

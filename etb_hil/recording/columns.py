@@ -58,7 +58,7 @@ class RoleColumn(FileModel):
     @classmethod
     def _known(cls, unit: str) -> str:
         if dimension_of_unit(unit) is None:
-            raise ValueError("is no unit that etb_hil knows")
+            raise ValueError("must be a unit that etb_hil knows, such as deg, A or V")
         return tidy_unit(unit)
 
 
@@ -73,7 +73,7 @@ class TableMap(FileModel):
     def _roles_and_units(self) -> TableMap:
         for name, use in self.roles.items():
             if name not in ROLES:
-                raise ValueError(f"'{name}' is no role; allowed: {', '.join(ROLES)}")
+                raise ValueError(f"'{name}' must be a role; allowed: {', '.join(ROLES)}")
             if dimension_of_unit(use.unit) != _dimension(name):
                 raise ValueError(f"{name}: '{use.unit}' does not fit; allowed: {_units(name)}")
         return self
@@ -162,7 +162,7 @@ def _time_by_name(name: str) -> TimeColumn | None:
         if unit in NS_PER_UNIT:
             return TimeColumn(column=name, unit=unit)  # type: ignore[arg-type]
         if unit is not None and (word == "time" or unit == "1"):
-            raise ValueError(f"the time has no unit; allowed: {', '.join(NS_PER_UNIT)}")
+            raise ValueError(f"the time needs a unit; allowed: {', '.join(NS_PER_UNIT)}")
     return None
 
 
@@ -171,12 +171,12 @@ def _role_by_name(name: str) -> Conversion | None:
         unit = _unit_after(name, role)
         if unit is not None:
             if dimension_of_unit(unit) != _dimension(role):
-                wrong = "has no unit" if unit == "1" else f"'{unit}' is no unit of the role {role}"
+                wrong = "needs a unit" if unit == "1" else f"must be a unit of the role {role} (got '{unit}')"
                 raise ValueError(f"{wrong}; allowed: {_units(role)}")
             return _conversion(role, name, unit)
     near = difflib.get_close_matches(re.sub(r"_[^_]*\Z", "", name), ROLES, n=1, cutoff=0.85)
     if near:
-        raise ValueError(f"is no role; did you mean '{near[0]}'?")
+        raise ValueError(f"must be a role; did you mean '{near[0]}'?")
     return None
 
 

@@ -202,7 +202,7 @@ class CsvTable:
     def _digits(self, text: str) -> str:
         written = text.replace(",", ".") if self._delimiter != "," else text
         if _NUMBER.fullmatch(written) is None:
-            raise ValueError("is no number")
+            raise ValueError("must be a number")
         return written
 
     def _bad_cell(self, line: int, at: int, cell: str, wrong: ValueError) -> Problem:
@@ -242,7 +242,7 @@ class CsvTable:
                     line += 1
                     if len(text) == MAX_CELL or "\0" in text:
                         raise InputError(
-                            Problem("is no line of a table", Place(self._path, line), remedy="give a text table")
+                            Problem("must be a line of a table", Place(self._path, line), remedy="give a text table")
                         )
                     yield line, text.rstrip("\n")
         except UnicodeDecodeError:

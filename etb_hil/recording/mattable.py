@@ -42,7 +42,7 @@ class MatTable:
         """
         seconds = self._vectors[time.column]
         if not np.all(np.isfinite(seconds)) or np.any(np.abs(seconds) * float(NS_PER_UNIT[time.unit]) > 2.0**62):
-            raise self._wrong(time.column, "holds a value that is no time", "remove those rows")
+            raise self._wrong(time.column, "every value must be a time", "remove the other rows")
         if np.issubdtype(seconds.dtype, np.integer):
             time_ns = seconds.astype(np.int64) * NS_PER_UNIT[time.unit]
         else:
@@ -82,7 +82,7 @@ class MatTable:
             ) from None
         except Exception as error:  # noqa: BLE001 (SciPy raises anything on a broken file)
             raise InputError(
-                Problem(f"is no whole MAT file: {error}", Place(self._path), remedy="save it again")
+                Problem(f"must be a complete MAT file: {error}", Place(self._path), remedy="save it again")
             ) from None
 
     def _wrong(self, name: str, what: str, remedy: str) -> InputError:

@@ -88,7 +88,7 @@ class ParquetTable:
     def _time(self, column: pa.ChunkedArray, time: TimeColumn) -> Int64:
         numbers = self._numbers(time.column, column)
         if not np.all(np.isfinite(numbers)) or np.any(np.abs(numbers) * float(NS_PER_UNIT[time.unit]) > 2.0**62):
-            raise self._wrong(time.column, "holds a value that is no time", "remove those rows")
+            raise self._wrong(time.column, "every value must be a time", "remove the other rows")
         exact = column.to_numpy()
         if np.issubdtype(exact.dtype, np.integer):
             time_ns = exact.astype(np.int64) * NS_PER_UNIT[time.unit]
@@ -133,7 +133,7 @@ class ParquetTable:
         except InputError:
             raise
         except (ArrowException, OSError, ValueError) as error:
-            what = f"is no whole Parquet file: {error}"
+            what = f"must be a complete Parquet file: {error}"
             raise InputError(Problem(what, Place(self._path), remedy="save it again")) from None
 
     def _wrong(self, name: str, what: str, remedy: str) -> InputError:

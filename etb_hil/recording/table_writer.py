@@ -32,7 +32,7 @@ def check_writable(path: Path) -> None:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(
-            Problem("is no table that can be written", Place(path), path.suffix, allowed=", ".join(SUFFIXES))
+            Problem("must have a suffix of a table", Place(path), path.suffix, allowed=", ".join(SUFFIXES))
         )
     if path.suffix.lower() == ".parquet":
         try:

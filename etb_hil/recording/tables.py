@@ -42,7 +42,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     if table_type is None:
         if not path.exists():
             raise InputError(Problem("no such file or folder", Place(path), remedy="check the path"))
-        raise InputError(Problem("is no table that can be read", Place(path), path.suffix, allowed=", ".join(FORMATS)))
+        raise InputError(Problem("must have a suffix of a table", Place(path), path.suffix, allowed=", ".join(FORMATS)))
     refuse_empty(path, "save the measured values again: a table has named columns and a row for each instant")
     table = table_type(path)
     if map_file is None:

@@ -1,4 +1,4 @@
-"""What was recorded judged again: sessions, logs of any origin, one or many.
+"""Replay: judge recorded sessions and logs of any origin again, one or many.
 
 The package also has exports, and logs sent onto a bus.
 """

@@ -1,4 +1,4 @@
-"""What of a log's frames another one, written from it, does not hold."""
+"""Frames of a log that a log written from it does not hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is kept of one log among many.
+"""Stored outcome of one log among many.
 
 The verdict with its reason, what was measured, and the exceedances.
 """

@@ -1,4 +1,4 @@
-"""How far the judging of many logs has come.
+"""Progress of the judging of many logs.
 
 The terminal shows it, and a small file tells other processes.
 """
@@ -114,7 +114,9 @@ def read_progress(folder: Path) -> Progress | None:
     try:
         return _checked(json.loads(read_bytes(path)))
     except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise InputError(Problem(f"is no state of many logs: {error}", Place(path), remedy="replay again")) from None
+        raise InputError(
+            Problem(f"must be the state of a replay of many logs: {error}", Place(path), remedy="replay again")
+        ) from None
 
 
 def _checked(state: dict[str, Any]) -> Progress:

@@ -1,4 +1,4 @@
-"""Where many logs are judged: this machine's processes, or a Dask cluster."""
+"""Workers that judge many logs: local processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -127,7 +127,9 @@ class DaskWorkers:
         """
         if not _TCP.fullmatch(address):
             raise InputError(
-                Problem("is no address of a Dask scheduler", value=address, allowed="HOST:PORT or tcp://HOST:PORT")
+                Problem(
+                    "must be the address of a Dask scheduler", value=address, allowed="HOST:PORT or tcp://HOST:PORT"
+                )
             )
         self._address = address if "://" in address else f"tcp://{address}"
         try:
@@ -159,7 +161,7 @@ class DaskWorkers:
         except TimeoutError:
             raise self._none_answers(f"what listens there says nothing for {_ANSWERS_S:g} s") from None
         except Exception as error:  # noqa: BLE001 (Dask raises anything, MemoryError too, at what another server says)
-            raise self._none_answers(f"what listens there is no Dask scheduler: {error}") from None
+            raise self._none_answers(f"another program listens there: {error}") from None
 
     def _none_answers(self, why: str) -> BenchFault:
         return BenchFault(f"no Dask scheduler answers at {self._address}: {why}")

@@ -1,1 +1,1 @@
-"""What people look at: the HTML report, plots, the live panel."""
+"""The HTML report, plots and the live panel."""

@@ -1,4 +1,4 @@
-"""What a plot shows: panels that share their x axis, and the marks in them.
+"""Contents of a plot: panels that share their x axis, and the marks in them.
 
 A chart draws nothing. `svg` makes it an `<svg>` element, and `drawing` a matplotlib figure.
 """

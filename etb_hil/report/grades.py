@@ -1,4 +1,4 @@
-"""How far a run's samples can be trusted: facts on the bus and on time.
+"""Trust in a run's samples: facts on the bus and on time.
 
 What a driver or a controller does not tell is unknown, never a constant.
 """

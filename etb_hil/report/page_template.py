@@ -1,4 +1,4 @@
-"""What our pages share: one file with style and script, all values escaped.
+"""Template of all pages: one file with style and script, all values escaped.
 
 No other script is allowed.
 """

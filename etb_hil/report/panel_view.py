@@ -1,4 +1,4 @@
-"""What the live panel looks like.
+"""Layout of the live panel.
 
 The panel has 80 columns and fewer than 24 rows, and is readable without colour.
 """

@@ -39,7 +39,7 @@ def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> No
 
         save_png(figure_of(chart), path)
     else:
-        raise InputError(Problem("is no picture that can be written", Place(path), path.suffix, ".svg, .png"))
+        raise InputError(Problem("must have a suffix of a picture", Place(path), path.suffix, ".svg, .png"))
 
 
 def chart_of(recording: Recording, roles: Sequence[str]) -> Chart:

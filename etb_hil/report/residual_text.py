@@ -1,4 +1,4 @@
-"""What an answer without a cause knows of the residual, in a sentence.
+"""Sentence about the residual of an answer without a cause.
 
 The sentence says what the residual follows, and how it acts.
 """

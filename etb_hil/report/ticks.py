@@ -1,4 +1,4 @@
-"""Where the marks of a scale stand, and what is written at them."""
+"""Ticks of a scale: their positions and labels."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class Condition(FileModel):
     def _is_measured(cls, role: str) -> str:
         if role not in ROLES or role in COMMANDED:
             measured = ", ".join(name for name in ROLES if name not in COMMANDED)
-            raise ValueError(f"is no role that is measured; allowed: {measured}")
+            raise ValueError(f"must be a measured role; allowed: {measured}")
         return role
 
     @field_validator("inside", "outside")

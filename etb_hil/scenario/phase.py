@@ -1,4 +1,4 @@
-"""What every kind of phase has, and the quantities of their settings."""
+"""Base of every kind of phase, and the quantities of its settings."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Measure(FileModel):
     """What the controller is asked to send while a phase runs."""
 
     signals: Annotated[tuple[Literal["current", "encoder"], ...], Field(min_length=1)] = ("current", "encoder")
-    rate: Annotated[Frequency, Field(ge=1000, le=20_000, description="friction is told from 1 kHz on")] = 1000.0
+    rate: Annotated[Frequency, Field(ge=1000, le=20_000, description="measuring friction needs 1 kHz or more")] = 1000.0
     burst: bool = False
 
 

@@ -46,7 +46,9 @@ def kind_name(phase: type[PhaseModel]) -> str:
 def _name_of(part: Part) -> str:
     phase = part.value
     if not (isinstance(phase, type) and issubclass(phase, PhaseModel)):
-        raise part.refused("PHASE is no subclass of PhaseModel", "write class MyPhase(PhaseModel), and PHASE = MyPhase")
+        raise part.refused(
+            "PHASE must be a subclass of PhaseModel", "write class MyPhase(PhaseModel), and PHASE = MyPhase"
+        )
     field = phase.model_fields.get("kind")
     names = () if field is None else get_args(field.annotation)
     if len(names) != 1 or not NAME.fullmatch(str(names[0])):

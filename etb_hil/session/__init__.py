@@ -1,4 +1,4 @@
-"""What a run recorded, and what is concluded from it.
+"""Sessions: the records of a run, and their analysis.
 
 The package has the folder, its events, the analysis and comparisons.
 """

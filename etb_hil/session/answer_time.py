@@ -1,4 +1,4 @@
-"""How long the controller takes to show the bridge on or off as commanded.
+"""Time from a command to the bridge's reported state.
 
 This time is the only look at a delay.
 

@@ -56,7 +56,7 @@ class Expected(FileModel):
         unit = self.value.strip().partition(" ")[2]
         dimension = dimension_of_unit(unit or "1")
         if dimension is None:
-            raise ValueError(f"'{unit}' is no unit known here; write the value as '0.171 N·m'")
+            raise ValueError(f"must have a known unit, as '0.171 N·m' has (got '{unit}')")
         return dimension
 
     @property

@@ -1,4 +1,4 @@
-"""What two judgements of the same measurement differ in.
+"""Differences between two judgements of the same measurement.
 
 These are one value, the first sample, or the table of verdicts.
 """

@@ -1,4 +1,4 @@
-"""What happened in a run beside its frames: phases, stops, lateness.
+"""Events of a run beside its frames: phases, stops, lateness.
 
 They are appended line by line to `events.jsonl`.
 """
@@ -89,7 +89,7 @@ def read_events(path: Path) -> list[Event]:
                 break
             raise InputError(
                 Problem(
-                    "is no event",
+                    "must be an event",
                     Place(path, number),
                     value=line.decode("utf-8", "replace"),
                     remedy="restore the file from the session",

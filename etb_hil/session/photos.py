@@ -38,7 +38,7 @@ def read_photo(path: Path) -> bytes:
     """
     content = read_bytes(path, LARGEST)
     if not is_photo(content):
-        raise InputError(Problem("is no JPEG file", Place(path), allowed=f"a photo as JPEG, up to {LARGEST} bytes"))
+        raise InputError(Problem("must be a JPEG file", Place(path), allowed=f"a photo as JPEG, up to {LARGEST} bytes"))
     return content
 
 

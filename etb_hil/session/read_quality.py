@@ -1,4 +1,4 @@
-"""How often, and how well in time, roles came that are read by identifier."""
+"""Rate and timing of roles that are read by identifier."""
 
 from __future__ import annotations
 

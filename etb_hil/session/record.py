@@ -1,4 +1,4 @@
-"""How a run went, apart from what was measured.
+"""Record of a run, apart from its measurements.
 
 Kept in the events, so that a replay knows it too.
 """

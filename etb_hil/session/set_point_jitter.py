@@ -1,4 +1,4 @@
-"""How evenly the set-points went out.
+"""Jitter of the set-points.
 
 The stamps that the bus gave to the bench's own commands tell it.
 """

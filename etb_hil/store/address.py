@@ -1,4 +1,4 @@
-"""Where a store of results is.
+"""Address of a store of results.
 
 A file beside the sessions, or a PostgreSQL server that a lab shares.
 """

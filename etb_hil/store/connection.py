@@ -68,7 +68,7 @@ def require_store(address: StoreAddress) -> None:
     except sqlite3.Error as error:
         why = str(error)
     allowed = f"a {STORE} that runs have written"
-    raise InputError(Problem(f"is no store of results: {why}", Place(address.path), allowed=allowed))
+    raise InputError(Problem(f"must be a store of results: {why}", Place(address.path), allowed=allowed))
 
 
 def mark(address: StoreAddress) -> str:
@@ -139,7 +139,7 @@ def _upgrade(address: StoreAddress, version: str) -> None:
     try:
         upgrade(address)
     except CommandError as error:  # a revision that no release wrote
-        what = f"is no store of results: {error}"
+        what = f"must be a store of results: {error}"
         raise InputError(Problem(what, Place(str(address)), version, allowed, "name another store")) from None
 
 

@@ -1,4 +1,4 @@
-"""What a page shows of a store without statistics.
+"""Overview of a store for a page, without statistics.
 
 The latest runs, what they measured, and a value over time.
 """

@@ -113,7 +113,7 @@ class Queue:
             if not path.exists():
                 return False
             raise InputError(
-                Problem(f"is no run that can wait for the store: {error}", Place(path), remedy="move it away")
+                Problem(f"must hold a run that waits for the store: {error}", Place(path), remedy="move it away")
             ) from None
         except Exception as error:
             if _is_of_this_run(error):

@@ -124,4 +124,4 @@ def joined_runs(selection: Selection) -> sa.Subquery:
 
 def _no_store(address: StoreAddress, error: str) -> InputError:
     allowed = "a store that answers" if address.is_server else f"a {STORE} that runs have written"
-    return InputError(Problem(f"is no store of results: {error}", Place(str(address)), allowed=allowed))
+    return InputError(Problem(f"must be a store of results: {error}", Place(str(address)), allowed=allowed))

@@ -85,11 +85,11 @@ def run_of(
     units = (row[-1] for row in numbers.values())
     texts = (*run, *unit, outcome[0], outcome[2], *numbers, *units, "" if outcome[1] is None else outcome[1])
     if not all(isinstance(text, str) for text in texts):
-        raise TypeError("a name, a time or a verdict of a run is no text")
+        raise TypeError("names, times and verdicts of a run must be text")
     for row in numbers.values():
         for value in row[:-1]:
             if value is not None and not (isinstance(value, float | int) and abs(value) <= _LARGEST):  # nan, too
-                raise TypeError("a number of a run is none")
+                raise TypeError("a value of a run must be a finite number")
     measured = {name: Measured(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
     temperature = measured.pop(TEMPERATURE, None)
     return Run(*run, *unit, *outcome, None if temperature is None else temperature.value, measured)

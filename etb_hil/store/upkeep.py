@@ -1,4 +1,4 @@
-"""What a lab does with a whole store.
+"""Maintenance of a whole store.
 
 Say what it holds, copy it into another, delete what need not be kept.
 """

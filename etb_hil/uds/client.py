@@ -125,7 +125,7 @@ class UdsClient:
             if not response.valid or service != self._service:
                 shown = payload[:8].hex(" ")
                 raise UdsError(
-                    "uds_bad_answer", f"{self._name}: the unit answers with {shown}, which is no answer to it"
+                    "uds_bad_answer", f"{self._name}: the unit answers with {shown}, which belongs to another request"
                 )
             if not response.positive and response.code == ResponseCode.RequestCorrectlyReceived_ResponsePending:
                 self._pending += 1

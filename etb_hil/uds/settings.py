@@ -121,7 +121,7 @@ class Security(FileModel):
     @classmethod
     def _is_a_key(cls, name: str) -> str:
         if name not in key_names():
-            raise ValueError(f"there is no such key function; there are {', '.join(key_names())}")
+            raise ValueError(f"must be a key function; there are {', '.join(key_names())}")
         return name
 
 
@@ -182,7 +182,9 @@ class UdsSettings(FileModel):
         for role, value in self.data.items():
             if dimension_of_unit(value.unit) != _dimension(role):
                 units = ", ".join(DIMENSIONS[_dimension(role)][1])
-                raise ValueError(f"data.{role}: unit '{value.unit}' is none of {_dimension(role)}; allowed: {units}")
+                raise ValueError(
+                    f"data.{role}: unit '{value.unit}' must be one of {_dimension(role)}; allowed: {units}"
+                )
             if value.read != "polled" and self.periodic is None:
                 raise ValueError(f"data.{role} is sent at a rate: give 'periodic', the identifier of those frames")
         numbers = [value.id for value in self.data.values()]

@@ -49,5 +49,5 @@ def code_of_number(number: int) -> str:
 def number_of_code(code: str) -> int:
     """Return the two bytes of a trouble code's name; ValueError where it is none."""
     if len(code) != 5 or code[0] not in _SYSTEMS or code[1] not in "0123":
-        raise ValueError(f"'{code}' is no trouble code; they look like P2119")
+        raise ValueError(f"must be a trouble code, such as P2119 (got '{code}')")
     return _SYSTEMS.index(code[0]) << 14 | int(code[1]) << 12 | int(f"0x{code[2:]}", 0)

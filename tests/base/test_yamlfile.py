@@ -63,7 +63,7 @@ def test_a_document_knows_where_its_keys_stand(tmp_path):
         ("name: x\nnmae: y\n", ":2: nmae: unknown key (it is 'y'); allowed: label, name, steps"),
         ("name: x\nnmae: y\n", "; did you mean 'name'?"),
         ("name: x\nsteps:\n  - kind: turn\n    angel: 3 deg\n    angle: 3 deg\n", "plan.yaml:4: steps[0].angel"),
-        ("name: x\nsteps:\n  - kind: turn\n    angle: 3 V\n", "'V' is no unit of angle"),
+        ("name: x\nsteps:\n  - kind: turn\n    angle: 3 V\n", "must be a unit of angle (got 'V')"),
         ("name: x\nsteps:\n  - kind: turn\n    angle: 3\n", "the unit is missing"),
         ("name: x\nsteps:\n  - kind: turn\n    angle: .nan\n", "plan.yaml:4"),
         ("name: x\nsteps: []\n", "plan.yaml:2: steps: has 0 entries; allowed: at least 1"),

@@ -134,7 +134,7 @@ def test_an_sqlite_payload_that_is_a_number_is_refused(tmp_path):
         database.execute("UPDATE messages SET data = 4000000000 WHERE rowid = 2")
     got, notes = soon(path)
     assert len(got) == 1
-    assert "a payload is no BLOB" in notes[0]
+    assert "a payload must be a BLOB" in notes[0]
 
 
 def test_an_mf4_channel_without_a_name_is_not_that_of_time(tmp_path):

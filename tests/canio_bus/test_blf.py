@@ -261,7 +261,7 @@ def test_a_container_that_inflates_without_end_is_held_to_its_word(tmp_path):
 def test_what_is_no_blf_file_is_refused(tmp_path, content):
     path = tmp_path / "log.blf"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="is no BLF file"):
+    with pytest.raises(InputError, match="must be a BLF file"):
         list(read_blf(path))
 
 

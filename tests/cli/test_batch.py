@@ -87,7 +87,7 @@ def test_a_serial_number_that_is_none_is_asked_for_again_or_passed_over_and_name
         code, ran, said = queue(wrong, ["pass", "pass"], attended=attended)
         assert [serial for serial, _ in ran] == ["A", "C"]
         assert code == expected
-        assert ("is no serial number" in said) == attended  # else it stands on standard error
+        assert ("the serial number must be" in said) == attended  # else it stands on standard error
         assert ("not run       B" in said) != attended
         assert "\x1b" not in said
 

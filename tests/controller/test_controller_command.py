@@ -15,7 +15,7 @@ from etb_hil.cli.main import main
         (["--bench", "no such bench"], "no bench file"),
         (["--bench", "vcan_classic", "--fd"], "has no CAN FD"),
         (["--start-angle", "8"], "--start-angle: the unit is missing"),
-        (["--ambient", "20 V"], "--ambient: 'V' is no unit of temperature"),
+        (["--ambient", "20 V"], "--ambient: must be a unit of temperature (got 'V')"),
         (["--law", "bang-bang"], "pd, pid, sliding-mode"),
         (["--log", "/nonexistent/folder/log.jsonl"], "cannot be written"),
         (["--interface", "no_such_interface"], "no_such_interface"),

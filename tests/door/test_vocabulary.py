@@ -17,6 +17,7 @@ from language import PATTERNS
 PACKAGE = Path(__file__).resolve().parents[2] / "etb_hil"
 LONGEST = 25  # words of a sentence that a person reads
 LONGEST_FIRST_LINE = 80  # characters of a docstring's first line
+_NEGATION = re.compile(r"(?<!there )\b(?:is|are) no(?:ne)?\b(?! (?:longer|less))")
 
 
 def modules(package=PACKAGE):
@@ -60,6 +61,16 @@ def banned(package=PACKAGE):
     ]
 
 
+def negations(package=PACKAGE):
+    """Return `path:line: message` of each message that says what something is not: "X is no Y"."""
+    return [
+        f"{path.relative_to(package.parent)}:{line}: {said[:90]}"
+        for path, tree in modules(package).items()
+        for line, said, is_docstring in texts(tree)
+        if not is_docstring and _NEGATION.search(said)
+    ]
+
+
 def long_sentences(package=PACKAGE):
     """Return `path:line: words: sentence` of each sentence in a message that is too long."""
     return [
@@ -83,14 +94,13 @@ def long_first_lines(package=PACKAGE):
 
 
 def banned_names(package=PACKAGE):
-    """Return `file: name` of each name in the code, and of each file, with a banned word (but `look_alikes`)."""
-    patterns = [pattern for pattern, better in PATTERNS.items() if "isolable" not in better]
+    """Return `file: name` of each name in the code, and of each file, with a banned word."""
     found = set()
     for path in sorted(package.rglob("*.py")):
         tokens = tokenize.generate_tokens(io.StringIO(path.read_text("utf-8")).readline)
         names = {token.string for token in tokens if token.type == tokenize.NAME} | {path.stem}
         spoken = {name: name.strip("_").replace("_", " ") for name in names}
-        found |= {f"{path.name}: {name}" for name, said in spoken.items() if any(p.search(said) for p in patterns)}
+        found |= {f"{path.name}: {name}" for name, said in spoken.items() if any(p.search(said) for p in PATTERNS)}
     return sorted(found)
 
 
@@ -104,6 +114,10 @@ def test_first_lines_of_docstrings_are_short():
 
 def test_user_facing_words_are_the_fields():
     assert banned() == []
+
+
+def test_messages_say_what_must_be():
+    assert negations() == []
 
 
 def test_sentences_of_messages_are_short():
@@ -123,6 +137,11 @@ def test_banned_names_are_found(tmp_path):
     assert banned_names(tmp_path)[2:] == ["yardstick.py: best_rival", "yardstick.py: yardstick"]
 
 
+def test_negations_are_found(tmp_path):
+    (tmp_path / "one.py").write_text('"""It is no log."""\nx, y = "is no log", "there is no file any more"\n')
+    assert len(negations(tmp_path)) == 1
+
+
 def test_long_sentences_are_found(tmp_path):
     (tmp_path / "one.py").write_text(f'x = "{"word " * 26}"\n')
     assert len(long_sentences(tmp_path)) == 1
@@ -132,6 +151,7 @@ def main(folder=PACKAGE):
     """Print how many banned words and long sentences a package has, by folder."""
     for name, found in (
         ("banned words", banned(folder)),
+        ("negations", negations(folder)),
         ("long sentences", long_sentences(folder)),
         ("long first lines", long_first_lines(folder)),
         ("banned names", [f"etb_hil/{line}" for line in banned_names(folder)]),

@@ -184,7 +184,7 @@ def test_the_progress_of_many_logs_is_shown_with_what_failed_and_why(view):
         assert served.clipped(view.browser) == []
     keep_pictures(view.browser, "22_many_logs", view.find("replays"))
     (folder / STATE).write_text("{")
-    until(lambda: "is no state of many logs" in view.text("replays_state"))
+    until(lambda: "must be the state of a replay of many logs" in view.text("replays_state"))
     assert view.page.ask("GET", "/api/replays")[0] == 401
 
 

@@ -158,7 +158,7 @@ def test_a_text_is_scanned_and_a_photo_is_taken(bench, tmp_path):
     note = tmp_path / "note.png"
     note.write_text("no picture")
     bench.find("entry").send_keys(str(note))
-    until(lambda: bench.text("said") == "This is no picture that the browser can read.")
+    until(lambda: bench.text("said") == "The file must be a picture that the browser can read.")
     bench.find("entry").send_keys(str(picture))
     assert bench.verdict() == "INCONCLUSIVE"  # nothing moved in this scenario
     results = max((bench.page.folder / "sessions").glob("*/results.json"), key=lambda one: one.stat().st_mtime_ns)

@@ -39,7 +39,7 @@ def test_own_key_function():
 @pytest.mark.parametrize(
     ("key", "told"),
     [
-        (lambda _seed, _level: "text", "is no bytes"),
+        (lambda _seed, _level: "text", "must be bytes"),
         (lambda _seed, _level: b"", "is empty"),
         (lambda seed, _level, count=[0]: count.append(0) or seed + bytes([len(count)]), "differ"),
     ],

@@ -107,12 +107,12 @@ def test_a_sound_file_is_taken_in_and_taken_out_again(text, tmp_path):
         ("measurement", 'id="mine"', 'id="T_st"', "there is a measurement with the id T_st already"),
         ("measurement", 'id="mine"', 'id="my own"', "the id of a measurement is a name"),
         ("measurement", 'unit="A"', 'unit=""', "`unit` must be a text"),
-        ("measurement", 'unit="A"', 'unit="Amp"', "the unit 'Amp' is no SI unit; did you mean 'A'?"),
-        ("measurement", 'unit="A"', 'unit="mA"', "the unit 'mA' is no SI unit; did you mean 'A'?"),
-        ("measurement", 'unit="A"', 'unit="foo"', "the unit 'foo' is no SI unit; write it with A, V, rad"),
+        ("measurement", 'unit="A"', 'unit="Amp"', "the unit must be an SI unit (got 'Amp'); did you mean 'A'?"),
+        ("measurement", 'unit="A"', 'unit="mA"', "the unit must be an SI unit (got 'mA'); did you mean 'A'?"),
+        ("measurement", 'unit="A"', 'unit="foo"', "the unit must be an SI unit (got 'foo'); write it with A, V, rad"),
         ("measurement", "lambda run:", "lambda:", "`compute` must be a function of one argument"),
         ("measurement", "order=400", 'order=400, roles=frozenset({"light"})', "there is no role light"),
-        ("measurement", "order=400", 'order=400, suffixes="("', "`suffixes` is no regular expression"),
+        ("measurement", "order=400", 'order=400, suffixes="("', "`suffixes` must be a regular expression"),
         ("measurement", "order=400", 'order=400, friction_of="T_x"', "there is no measurement T_x"),
         ("measurement", 'id="mine"', "id=None", "`id` must be a text"),
         ("observer", "ObserverKind(", "str(", "OBSERVER is of the type"),
@@ -136,7 +136,7 @@ def test_a_sound_file_is_taken_in_and_taken_out_again(text, tmp_path):
         ("phase", '"rest"', '"group"', "there is a kind of phase group already"),
         ("phase", '"rest"', '"My rest"', "its field `kind` has no single name"),
         ("phase", "def trajectory", "def other", "it has no method `trajectory`"),
-        ("phase", "PHASE = Rest", "PHASE = Rest(kind='rest', id='x')", "PHASE is no subclass of PhaseModel"),
+        ("phase", "PHASE = Rest", "PHASE = Rest(kind='rest', id='x')", "PHASE must be a subclass of PhaseModel"),
         ("reader", '".mine"', '".blf"', "there is a reader of .blf files already"),
         ("reader", "open)", "None)", r"`open` must be a function of \(path\)"),
         ("reader", '(".mine",)', '".mine"', "`suffixes` must be a tuple of texts"),
@@ -194,14 +194,16 @@ def test_a_file_is_taken_in_once(tmp_path):
 
 
 def test_only_what_was_loaded_can_be_taken_out(tmp_path):
-    with pytest.raises(InputError, match="this file is no plug-in of this process"):
+    with pytest.raises(InputError, match="this file must be a plug-in of this process"):
         plugins.unload(tmp_path / "mine.py")
 
 
 def test_a_suffix_that_nothing_reads_is_refused_with_those_that_are_read(tmp_path, part):
     path = tmp_path / "a.frames"
     path.write_text("", "utf-8")
-    with pytest.raises(InputError, match=r"is no log format .*allowed: \.asc, .*\.mf4, \.trc, each also with \.gz"):
+    with pytest.raises(
+        InputError, match=r"must have a suffix of a log format.*allowed: \.asc, .*\.mf4, \.trc, each also with \.gz"
+    ):
         read_log(path)
     plugins.load(part("frame_lines"))
     assert list(read_log(path)) == []

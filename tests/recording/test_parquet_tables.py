@@ -123,6 +123,6 @@ def test_two_units_and_signals_of_one_role_are_refused(tmp_path):
 def test_what_cannot_be_read_says_why(tmp_path, monkeypatch):
     assert "cannot be read" in _refused(tmp_path / "no.parquet")
     (tmp_path / "broken.parquet").write_bytes(b"PAR1 or not")
-    assert "is no whole Parquet file" in _refused(tmp_path / "broken.parquet")
+    assert "must be a complete Parquet file" in _refused(tmp_path / "broken.parquet")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     assert "Parquet files need pyarrow; pip install 'etb-hil[logs]'" in _refused(tmp_path / "no.parquet")

@@ -52,7 +52,7 @@ def test_a_mat_file_through_a_map(tmp_path, map_file):
         ({"winkel": [0, 1], "u": [0, 1, 2]}, "u: has 3 values, the time zeit has 2"),
         ({"winkel": [0, np.inf], "u": [0, 1]}, "winkel: is infinite in row 2"),
         ({"winkel": [0, 1], "u": [0, 1], "zeit": [1, 0.5]}, "zeit: goes back after row 1"),
-        ({"winkel": [0, 1], "u": [0, 1], "zeit": [1, np.nan]}, "zeit: holds a value that is no time"),
+        ({"winkel": [0, 1], "u": [0, 1], "zeit": [1, np.nan]}, "zeit: every value must be a time"),
     ],
 )
 def test_a_broken_mat_file_names_the_vector(tmp_path, map_file, vectors, says):
@@ -69,8 +69,8 @@ def test_a_broken_mat_file_names_the_vector(tmp_path, map_file, vectors, says):
         ("column: winkel", "column: winkle", "map.yaml:4: roles.throttle_angle.column"),
         ("column: winkel", "column: winkle", "did you mean 'winkel'?"),
         ("unit: deg", "unit: V", "'V' does not fit; allowed: rad, mrad, deg"),
-        ("unit: deg", "unit: furlong", "is no unit that etb_hil knows"),
-        ("motor_voltage:", "motor_volts:", "'motor_volts' is no role"),
+        ("unit: deg", "unit: furlong", "must be a unit that etb_hil knows"),
+        ("motor_voltage:", "motor_volts:", "'motor_volts' must be a role"),
         ("unit: ms", "unit: fortnight", "'ns', 'us', 'ms'"),
         ("scale: 2", "scaling: 2", "did you mean 'scale'?"),
         ("scale: 2", "scale: .inf", "scale"),
@@ -96,5 +96,5 @@ def test_a_mat_array_without_dimensions_is_refused(tmp_path, size):
     assert content[dimensions : dimensions + 8] == bytes([5, 0, 0, 0, 8, 0, 0, 0])
     content[dimensions + 4] = size
     path.write_bytes(content)
-    with pytest.raises(InputError, match=r"t\.mat: is no whole MAT file: an array in it lacks its dimensions"):
+    with pytest.raises(InputError, match=r"t\.mat: must be a complete MAT file: an array in it lacks its dimensions"):
         read_table(path)

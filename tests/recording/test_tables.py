@@ -144,7 +144,7 @@ def test_a_broken_cell_far_down_is_named_and_the_order_of_times_holds_across_blo
     rows[csvtable.BLOCK + 5] = f"{csvtable.BLOCK + 5},x"
     rows[2 * csvtable.BLOCK] = "0,1"
     first, second = problems(table(tmp_path, "time_s,motor_current_A\n" + "\n".join(rows)))
-    assert f"table.csv:{csvtable.BLOCK + 7}: motor_current_A: is no number" in first
+    assert f"table.csv:{csvtable.BLOCK + 7}: motor_current_A: must be a number" in first
     assert f"table.csv:{2 * csvtable.BLOCK + 2}: time_s: lies before the time of the row above" in second
 
 
@@ -163,7 +163,7 @@ def test_rows_without_a_broken_cell_are_taken_together(tmp_path, monkeypatch):
 def test_what_is_broken_before_the_reading_ends_is_said_too(tmp_path):
     text = "time_s,motor_voltage_V\n0,1\n1,x\n2,3,4\n3,y\n" + '4,"5\n5,6\n'
     found = problems(table(tmp_path, text))
-    says = ["is no number", "a row of 3 cells", "is no number", "a quote that does not close"]
+    says = ["must be a number", "a row of 3 cells", "must be a number", "a quote that does not close"]
     assert len(found) == 4
     for problem, line, why in zip(found, (3, 4, 5, 6), says, strict=True):
         assert f"table.csv:{line}: " in problem
@@ -191,7 +191,7 @@ def test_units_come_from_the_names(tmp_path):
     [
         ("time_s,motor_volage_V", "did you mean 'motor_voltage'?"),
         ("time_s,motor_voltage", "has no unit; allowed: V, mV"),
-        ("time_s,motor_voltage_A", "'A' is no unit of the role motor_voltage; allowed: V, mV"),
+        ("time_s,motor_voltage_A", "must be a unit of the role motor_voltage (got 'A'); allowed: V, mV"),
         ("time,motor_voltage_V", "the time has no unit; allowed: ns, us"),
         ("motor_voltage_V,motor_current_A", "no column is the time"),
         ("time_s,t_ms,motor_voltage_V", "more than one column is the time"),
@@ -215,7 +215,7 @@ def test_a_header_that_cannot_be_read_says_why(tmp_path, header, says):
         ),
         ("0,1\n1", 3, "a row of 1 cells under 2 names"),
         ("0,1\n2,1\n1,1", 4, "lies before the time of the row above"),
-        ("0,1\nnan,1", 3, "is no number"),
+        ("0,1\nnan,1", 3, "must be a number"),
         ("0,1\n1e30,1", 3, "is too large a time"),
         ('0,"1\n1,2\n2,3', 2, "a quote that does not close"),
     ],

@@ -70,7 +70,7 @@ def dies_at_bad_logs(task):
 def test_each_log_has_its_outcome(live, tasks, tmp_path):
     session, bad, log = judge_many(tasks, tmp_path / "out", one_after_the_other)
     assert (session.status, bad.status, log.status) == (JUDGED, REFUSED, JUDGED)
-    assert "is no BLF file" in bad.error
+    assert "must be a BLF file" in bad.error
     assert session.judged.verdict == "fail"
     assert session.judged.serial == "A7"
     numbers = {n.id: (n.value, n.low, n.high) for n in live.results.measurements.values()}
@@ -274,7 +274,7 @@ def listener(says):
 
 @pytest.mark.parametrize(
     ("says", "why"),
-    [(b"", "says nothing for 2 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "is no Dask scheduler")],
+    [(b"", "says nothing for 2 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "another program listens there")],
 )
 def test_another_server_than_a_scheduler_is_said(says, why):
     with listener(says) as port, pytest.raises(BenchFault, match=f"no Dask scheduler answers at .*{port}: .*{why}"):
@@ -286,8 +286,8 @@ def test_a_wrong_cluster_address_is_said_by_the_command_before_any_log_is_read(s
     for address, code, why in (
         ("tcp://127.0.0.1:9", 3, "no Dask scheduler answers at tcp://127.0.0.1:9: .*refused"),
         ("no-such-host.invalid:8786", 3, "no Dask scheduler answers at tcp://no-such-host.invalid:8786"),
-        ("http://127.0.0.1:9", 2, "is no address of a Dask scheduler.*allowed: HOST:PORT or tcp://HOST:PORT"),
-        ("127.0.0.1", 2, "is no address of a Dask scheduler"),
+        ("http://127.0.0.1:9", 2, "must be the address of a Dask scheduler.*allowed: HOST:PORT or tcp://HOST:PORT"),
+        ("127.0.0.1", 2, "must be the address of a Dask scheduler"),
     ):
         assert command_line([*asked, address]) == code
         assert re.search(why, capsys.readouterr().err)
@@ -298,7 +298,7 @@ def test_progress_names_what_failed(sources, tmp_path, capsys):
     asked = ["replay", *map(str, sources), "--jobs", "1", "--out", str(tmp_path / "out")]
     assert command_line(asked) == 2
     said = capsys.readouterr()
-    assert re.search(r"^refused: .*bad.blf: is no BLF file", said.out, re.MULTILINE)
+    assert re.search(r"^refused: .*bad.blf: must be a BLF file", said.out, re.MULTILINE)
     assert said.out.count("bad.blf") == 1
     state = read_progress(tmp_path / "out")
     assert (state.total, state.done, state.failures, state.left_s, state.ended) == (3, 3, 1, 0.0, True)
@@ -335,7 +335,7 @@ def test_another_process_reads_how_far_the_work_is(tmp_path):
     naive = (tmp_path / STATE).read_text().replace("+00:00", "")
     for damage in (naive, "", "[]", "{}", '{"total": "many"}', "[" * 100_000):
         (tmp_path / STATE).write_text(damage)
-        with pytest.raises(InputError, match=r"state.json: is no state of many logs"):
+        with pytest.raises(InputError, match=r"state.json: must be the state of a replay of many logs"):
             read_progress(tmp_path)
 
 

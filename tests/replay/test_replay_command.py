@@ -53,7 +53,7 @@ def write(path, *blocks, to=BlfLog):
         ("s --join", "--join does not go with a session"),
         ("s --segment 9", "--segment does not go with a session"),
         ("s --jobs 1 --bench virtual_fd", "there are sessions alone"),
-        ("a.blf s --join", "a session is no part of a recording"),
+        ("a.blf s --join", "parts of a recording must be logs, not sessions"),
         ("a.blf --against s --segment 9", "--segment does not go with --against"),
         ("a.blf --against s --channel 0 --channel 1", "--against takes one unit (it is 2)"),
         ("a.blf --onto virtual_classic --channel 0 --channel 1", "--onto takes one unit"),

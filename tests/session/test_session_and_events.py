@@ -98,5 +98,5 @@ def test_a_run_without_an_end_is_a_bench_fault(tmp_path):
 def test_a_broken_event_in_the_middle_is_named(tmp_path):
     path = tmp_path / "events.jsonl"
     path.write_text('{"stamp_ns": 1, "event": "start"}\nnonsense\n{"stamp_ns": 2, "event": "end"}\n')
-    with pytest.raises(InputError, match=r"events\.jsonl:2: is no event"):
+    with pytest.raises(InputError, match=r"events\.jsonl:2: must be an event"):
         read_events(path)

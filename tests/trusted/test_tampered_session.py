@@ -64,7 +64,7 @@ def test_a_stamp_that_is_none_is_refused_with_its_line(changed, stamp):
         lines[2] = re.sub(r'"stamp_ns": \d+', f'"stamp_ns": {stamp}', lines[2])
         return "\n".join(lines) + "\n"
 
-    with pytest.raises(InputError, match=r"events\.jsonl:3: is no event"):
+    with pytest.raises(InputError, match=r"events\.jsonl:3: must be an event"):
         replay(changed("events.jsonl", spoilt))
 
 

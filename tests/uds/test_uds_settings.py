@@ -19,7 +19,7 @@ from etb_hil.bench.bench_file import load_bench
         ({"identification": {"serial": 0xF18C, "software": 0xF18C}}, "'serial', 'software' are read by the same"),
         ({"identification": {"colour": 0xF18C}}, "uds.identification.colour: no such entry; allowed: serial, "),
         ({"security": {"level": 2}}, "uds.security.level: a level is odd"),
-        ({"security": {"key": "none"}}, "uds.security.key: there is no such key function; there are example"),
+        ({"security": {"key": "none"}}, "uds.security.key: must be a key function; there are example"),
         ({"status_mask": 0x1FF}, "uds.status_mask: out of range (it is 511); allowed: up to 255"),
     ],
 )

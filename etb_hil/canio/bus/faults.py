@@ -1,4 +1,4 @@
-"""What goes wrong on a bus on purpose.
+"""Faults that are injected into a bus.
 
 Put a fault into `VirtualNetwork.faults` and it strikes inside its window.
 """

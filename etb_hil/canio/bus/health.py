@@ -1,4 +1,4 @@
-"""How the bus fares: load, counts, error state.
+"""Health of the bus: load, counts, error state.
 
 What cannot be known is None, never a constant.
 """

@@ -68,7 +68,7 @@ def _socketcan(bus: BusSettings, network: Path) -> Iterator[Finding]:
         yield Finding(False, f"there is no interface {name}{known}", create)
         return
     if _text(folder / "type") != _CAN_DEVICE:
-        yield Finding(False, f"{name} is no CAN interface", "name a CAN interface as the bus's channel")
+        yield Finding(False, f"{name} must be a CAN interface", "name a CAN interface as the bus's channel")
         return
     rates = f" type can bitrate {bus.bitrate:.0f}" + (f" dbitrate {bus.data_bitrate:.0f} fd on" if bus.fd else "")
     bring_up = f"sudo ip link set {name} up" + ("" if is_virtual else rates)

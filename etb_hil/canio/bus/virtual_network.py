@@ -58,7 +58,9 @@ class VirtualNetwork:
     ) -> None:
         for name, rate in (("bitrate", bitrate), ("data_bitrate", data_bitrate)):
             if not 1_000 <= rate <= 20_000_000:
-                raise InputError(Problem(f"{name} is no bit rate of CAN", value=rate, allowed="1 kbit/s to 20 Mbit/s"))
+                raise InputError(
+                    Problem(f"{name} must be a bit rate of CAN", value=rate, allowed="1 kbit/s to 20 Mbit/s")
+                )
         self.bitrate, self.data_bitrate, self.fd = bitrate, data_bitrate, fd
         self.faults: Sequence[Fault] = faults
         self.lock = RLock()  # python-can's users may read and send from several threads

@@ -193,7 +193,9 @@ class _Reader:
             return None
         if not 4 <= signal.length <= 32 or signal.is_float or signal.is_signed:
             allowed = "an unsigned integer of 4 to 32 bits"
-            self.problems.append(Problem("is no sample counter", place, entry.signal, allowed, "choose another signal"))
+            self.problems.append(
+                Problem("a sample counter must be an integer", place, entry.signal, allowed, "choose another signal")
+            )
         return SampleCounter(signal.name, signal.length, tick_ns)
 
     def _protection(self, message: Message, settings: ProtectionSettings) -> Protection:

@@ -1,4 +1,4 @@
-"""What a bench file says of a controller's DBC: roles and protection.
+"""Roles and protection that a bench file states for a DBC file.
 
 The map says which signal has which role, and how each message is protected.
 """

@@ -1,4 +1,4 @@
-"""What an ASC log says beside its frames.
+"""Header and remarks of an ASC log.
 
 How its numbers are written, when its stamps were zero, other events.
 """

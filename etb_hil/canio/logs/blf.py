@@ -210,7 +210,7 @@ class BlfReader:
     def _read_header(self, raw: bytes) -> None:
         if len(raw) < _FILE_HEADER.size or raw[:4] != b"LOGG":
             raise InputError(
-                Problem("is no BLF file", Place(self._path), remedy="give a log with the ending of its format")
+                Problem("must be a BLF file", Place(self._path), remedy="give a log with the ending of its format")
             )
         header = _FILE_HEADER.unpack(raw)
         self._header_bytes = max(int(header[1]), _FILE_HEADER.size)

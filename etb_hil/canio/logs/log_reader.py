@@ -1,4 +1,4 @@
-"""What a log of every format is to those who read it."""
+"""Interface of a log of any format."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Protocol
 
 from etb_hil.canio.frames import FrameBlock
 
-TABLES = "a table of signals is no log of frames: `etb-hil explain` and `etb-hil plot` read tables"
+TABLES = "a log holds frames; `etb-hil explain` and `etb-hil plot` read tables of signals"
 
 
 class LogReader(Protocol):

@@ -107,7 +107,7 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> tupl
     count = len(records)
     seconds = np.ascontiguousarray(records[:, fields[TIME].byte : fields[TIME].byte + 8]).view("<f8").ravel()
     if not (seconds.min() > -_LATEST_S and seconds.max() < _LATEST_S):  # nan, too
-        raise DamagedError("a stamp is no time")
+        raise DamagedError("a time stamp must be a finite number")
     stamp_ns = np.rint(seconds * 1e9).astype(np.int64)
     stamp_ns += start_ns
     flags = np.full(count, _KINDS[group.kind], np.uint8)

@@ -80,7 +80,7 @@ class Mf4Blocks:
         self._data_left, self._about_left = size, 16 * size + MOST_BYTES
         self._held = 0
         if self._read(0, 8) != b"MDF     ":
-            raise DamagedError("it is no MDF file")
+            raise DamagedError("it must be an MDF file")
 
     def start_ns(self) -> int:
         """Return when the measurement began, in ns since 1970."""
@@ -145,7 +145,7 @@ class Mf4Blocks:
         if kind is None:
             return None
         if TIME not in fields:
-            raise UnknownLayoutError("its times are no numbers of 64 bits")
+            raise UnknownLayoutError("its times must be numbers of 64 bits")
         if any(8 * field.byte + field.bit + field.bits > 8 * data_bytes for field in fields.values()):
             raise DamagedError("a channel lies outside its record")
         return FrameGroup(kind, data_bytes + invalid_bytes, count, fields, data_at)

@@ -1,4 +1,4 @@
-"""What could not be read of a log.
+"""Notes on unreadable parts of a log.
 
 Each kind of it is said once, with its first place and how often it came.
 """

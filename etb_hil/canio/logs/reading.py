@@ -32,7 +32,7 @@ def read_log(path: Path) -> LogReader:
     InputError where the format is unknown.
     """
     if path.is_dir():
-        what = "is a folder without a session.json: no session"
+        what = "must be a session: this folder has no session.json"
         raise InputError(Problem(what, Place(path), remedy="name a session's folder, or a log"))
     if not path.exists():
         raise InputError(Problem("no such file or folder", Place(path), remedy="check the path"))
@@ -41,7 +41,7 @@ def read_log(path: Path) -> LogReader:
     found = _own().get(suffix) or _of_plugins().get(suffix)
     if found is None:
         allowed = f"{', '.join(sorted({*_own(), *_of_plugins()}))}, each also with .gz"
-        raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed, TABLES))
+        raise InputError(Problem("must have a suffix of a log format", Place(path), path.name, allowed, TABLES))
     if is_packed and not found.reads_gzip:
         from etb_hil.canio.logs.unpacked import UnpackedLog  # noqa: PLC0415 (few logs are)
 

@@ -55,9 +55,9 @@ def _authorize(action: int, *_: object) -> int:
 def _message(row: tuple[object, ...]) -> can.Message:
     seconds, ident, extended, remote, error, dlc, data = row
     if not isinstance(seconds, float | int) or not isinstance(ident, int) or not isinstance(dlc, int):
-        raise TypeError("a time, an identifier or a length is no number")
+        raise TypeError("a time, an identifier and a length must be numbers")
     if not isinstance(data, bytes | None):
-        raise TypeError("a payload is no BLOB")
+        raise TypeError("a payload must be a BLOB")
     return can.Message(
         timestamp=seconds,
         arbitration_id=ident,

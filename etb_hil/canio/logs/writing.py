@@ -45,7 +45,7 @@ def log_suffix(path: Path) -> str:
 def require_writable(path: Path) -> None:
     """Raise InputError where the suffix names no format that can be written."""
     if log_suffix(path) not in _WRITABLE:
-        what = "is no log format that can be written"
+        what = "must have a suffix of a log format"
         allowed = f"{', '.join(_WRITABLE)}, and .parquet for signals"
         raise InputError(Problem(what, Place(path), path.name, allowed=allowed))
 

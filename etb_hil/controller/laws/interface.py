@@ -1,4 +1,4 @@
-"""What every position law has in common."""
+"""Interface of every position law."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What single phases show: steps, returns, slow passes and rests.
+"""Motion in single phases: steps, returns, slow passes and rests.
 
 They are read from the samples of their segments.
 """

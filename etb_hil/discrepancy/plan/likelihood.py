@@ -36,7 +36,7 @@ _WHOLE = 0.9  # of all samples: a record that has as many is judged for all
 _NOTHING = 1.0  # a smaller misfit is immaterial: nothing is left to be explained
 _ITERATIONS = 6
 _NEAR = 2.0  # times what the balances' own winner leaves: a cause that they contradict is not put in its place
-_IDLE = "nothing is left beside the first cause"
+_IDLE = "the first cause explains the whole residual"
 
 
 def weigh(findings: Findings) -> tuple[Isolation, ...]:

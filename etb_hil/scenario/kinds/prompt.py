@@ -45,7 +45,7 @@ class PromptPhase(PhaseModel):
     @model_validator(mode="after")
     def _is_an_answer(self) -> PromptPhase:
         if self.unattended is not None and self.unattended not in self.answers:
-            raise ValueError(f"'unattended' is none of the answers: {', '.join(self.answers)}")
+            raise ValueError(f"'unattended' must be one of the answers: {', '.join(self.answers)}")
         if len({answer.lower() for answer in self.answers}) < len(self.answers):
             raise ValueError("two answers are the same")
         return self

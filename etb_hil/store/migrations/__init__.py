@@ -1,1 +1,1 @@
-"""How a store's tables get from each version to the next."""
+"""Migrations of a store's tables from each version to the next."""
