@@ -155,7 +155,8 @@ class Effect:
     found all the same; a last fit in free run alone moves them. `is_one_way`: there is none below zero; what its bounds
     leave there keeps a fit off them. `curve_over`: it stands for any curve over that coordinate (`angle`, `velocity`).
 
-    `component` is the one that it sits in, where its ports do not say so. `look_alikes`: effects (`id`) and base
+    `check` and `separated_by` are instructions to a technician, in the imperative. `component` is the one that it sits
+    in, where its ports do not say so. `look_alikes`: effects (`id`) and base
     parameters (`parameter:name`) that are hard to distinguish from it.
     `in_part_like`: effects that it cannot be distinguished from where less than a period of it is seen.
     `without_current_like`: likewise where no current was measured. `by_bench`: how its strengths are measured at the
