@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-_NAMES = {
-    # effects whose id with spaces is not their name
-    "hbridge_dead_time": "H-bridge dead time",
-    "limp_home_dead_zone": "limp-home dead zone",
-    "stribeck_shape": "Stribeck shape",
-    # base parameters, by their names in a model file
+from etb_hil.plant.effects.catalogue import CATALOGUE
+
+_PARAMETERS = {  # by their names in a model file
     "resistance": "winding resistance",
     "inductance": "winding inductance",
     "back_emf_constant": "back-EMF constant",
@@ -38,4 +35,6 @@ _NAMES = {
 
 def display_name(id_: str) -> str:
     """Return the name of an effect, or of a base parameter in a model file."""
-    return _NAMES.get(id_, id_.replace("_", " "))
+    effect = CATALOGUE.get(id_)
+    stated = _PARAMETERS.get(id_, "") if effect is None else effect.name
+    return stated or id_.replace("_", " ")

@@ -102,7 +102,7 @@ def test_parquet_holds_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--out", "x.xlsx"), "no table that can be written"),
+        (("--out", "x.xlsx"), "must have a suffix of a table"),
         (("friction_check", "--voltage", "v.csv"), "give one of them"),
         (("--law", "magic"), "pd, pid, sliding-mode"),
         (("--rate", "1"), "--rate"),

@@ -76,7 +76,7 @@ def test_frames_that_are_too_long_and_interfaces_that_are_none(network):
     (found,) = missing(look_at(can("vcan0", fd=True), folder))
     assert "mtu 72" in found.remedy
     network("eth0", kind=1)
-    assert "no CAN interface" in missing(look_at(can("eth0"), folder))[0].what
+    assert "must be a CAN interface" in missing(look_at(can("eth0"), folder))[0].what
 
 
 def test_serial_ports_are_there_and_open_to_the_user(tmp_path, monkeypatch):

@@ -345,7 +345,7 @@ def test_named_networks_are_shared_and_die_with_their_last_user():
 
 
 def test_a_bit_rate_that_no_bus_has_is_refused():
-    with pytest.raises(InputError, match="no bit rate of CAN"):
+    with pytest.raises(InputError, match="must be a bit rate of CAN"):
         VirtualNetwork(0)
 
 

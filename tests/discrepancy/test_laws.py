@@ -115,8 +115,8 @@ def test_a_law_that_no_term_obeys_is_obeyed_at_one_temperature_and_said():
     assert obeying.vector()[row("friction_temperature")] == 0.0
     record = measurement(MODEL.vector(), 7)
     says = " ".join(flag for one in plain(data_quality([Balances(record, obeying)], obeying)) for flag in one["flags"])
-    assert "resistance, back_emf_constant, torque_constant change with the temperature" in says
-    assert "coulomb, viscous are taken as the model file states them at 45 degC, the middle of the explained" in says
+    assert "resistance, back_emf_constant, torque_constant follow the model file's temperature coefficients" in says
+    assert "coulomb, viscous are constant at the model file's values for 45 degC" in says
 
 
 def test_a_recorded_temperature_at_which_the_laws_state_no_throttle_is_refused():

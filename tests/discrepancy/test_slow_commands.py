@@ -49,7 +49,7 @@ def test_a_healthy_unit_whose_commands_are_missed_is_not_rejected(answer):
     assert found["verdict"] == "insufficient_data"
     reason = found["data_quality"][0]
     assert "at 80 Hz the voltage may change between samples" in reason
-    assert "drive it in steps that stand for several samples" in reason
+    assert "hold each step for several samples" in reason
     assert found["unexplained"] == {"where": [], "nonparametric_terms": [], "runs": [], "text": ""}
 
 

@@ -132,7 +132,7 @@ def test_files_and_page_hold_it(answer, tmp_path):
 
 
 def test_runs_that_are_not_there_are_refused(slow):
-    with pytest.raises(InputError, match="not there"):
+    with pytest.raises(InputError, match="must name conditions of the data"):
         explain([slow[0]], SLOW_MODEL, fit_on=(1234.0,))
 
 

@@ -149,7 +149,7 @@ def test_a_host_needs_a_password_that_others_cannot_read(tmp_path):
     assert "others can read" in refused("--host", "127.0.0.1", "--password-file", str(path))
     path.write_text("correct horse")
     path.chmod(0o600)
-    assert "no password file" in refused("--host", "127.0.0.1", "--password-file", str(path))
+    assert "must be a password file" in refused("--host", "127.0.0.1", "--password-file", str(path))
 
 
 def test_a_password_is_asked_for_and_may_not_be_guessed(alone, tmp_path):

@@ -87,7 +87,7 @@ def test_a_measured_strength_is_part_of_the_model(tmp_path):
     [
         ("  winding: {value: 2 ohm, uncertainty: 1 %, source: x}", "nothing that could be measured"),
         ("  gear_backlash.loose: {value: 2 ohm, uncertainty: 1 %, source: x}", "gear_backlash.play"),
-        ("  resistance: {value: 2 V, uncertainty: 1 %, source: x}", "no unit of resistance"),
+        ("  resistance: {value: 2 V, uncertainty: 1 %, source: x}", "must be a unit of resistance"),
         ("  resistance: {value: 2 ohm, uncertainty: 3 ohm, source: x}", "reaches zero"),
         ("  gear_backlash.play: {value: 2 rad, uncertainty: 1 mm, source: x}", "uncertainty: its unit is rad"),
         ("  gear_backlash.play: {value: 2 rad, uncertainty: 0.1 rad, source: x}", "-0.005 to 0.08 rad"),

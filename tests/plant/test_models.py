@@ -145,7 +145,7 @@ def test_stiction_below_coulomb_is_refused_with_the_reason(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "key", "words"),
     [
-        ("value: 1.5 ohm", "value: 1.5 V", "resistance.value", "no unit of resistance"),
+        ("value: 1.5 ohm", "value: 1.5 V", "resistance.value", "must be a unit of resistance"),
         ("value: 1.5 ohm", "value: 1.5", "resistance.value", "unit is missing"),
         ("value: 1.5 ohm", "value: many", "resistance.value", "resistance is expected"),
         ("value: 1.5 ohm", "value: -1 ohm", "resistance.value", "impossible"),
@@ -162,7 +162,7 @@ def test_stiction_below_coulomb_is_refused_with_the_reason(tmp_path):
             "back_emf_constant",
             "K_e's law",
         ),
-        ("tolerance: 0.3 deg", "tolerance: 0.3 N", "limp_home.tolerance", "no unit of angle"),
+        ("tolerance: 0.3 deg", "tolerance: 0.3 N", "limp_home.tolerance", "must be a unit of angle"),
         ("tolerance: 0.3 deg", "tolerance: -1 %", "limp_home.tolerance", "not negative"),
         ("    tolerance: 0.5 V\n", "    tolerance: 100 %\n", "supply_voltage.tolerance", "reaches zero"),
     ],

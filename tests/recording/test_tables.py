@@ -190,9 +190,9 @@ def test_units_come_from_the_names(tmp_path):
     ("header", "says"),
     [
         ("time_s,motor_volage_V", "did you mean 'motor_voltage'?"),
-        ("time_s,motor_voltage", "has no unit; allowed: V, mV"),
+        ("time_s,motor_voltage", "needs a unit; allowed: V, mV"),
         ("time_s,motor_voltage_A", "must be a unit of the role motor_voltage (got 'A'); allowed: V, mV"),
-        ("time,motor_voltage_V", "the time has no unit; allowed: ns, us"),
+        ("time,motor_voltage_V", "the time needs a unit; allowed: ns, us"),
         ("motor_voltage_V,motor_current_A", "no column is the time"),
         ("time_s,t_ms,motor_voltage_V", "more than one column is the time"),
         ("time_s,motor_voltage_V,motor_voltage_mV", "has the role motor_voltage already"),

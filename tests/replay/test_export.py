@@ -147,7 +147,7 @@ def test_every_signal_of_a_session_has_its_name_and_unit_in_asammdf(live, messag
 def test_what_cannot_be_exported_is_said(live, tmp_path, capsys):
     with pytest.raises(InputError, match="a Parquet file holds signals"):
         export([traffic()], tmp_path / "out.parquet")
-    with pytest.raises(InputError, match="no log format that can be written"):
+    with pytest.raises(InputError, match="must have a suffix of a log format"):
         export([traffic()], tmp_path / "out.xyz")
     with pytest.raises(InputError, match="there is no frame"):
         export([], tmp_path / "out.blf")

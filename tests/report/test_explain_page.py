@@ -59,5 +59,5 @@ def test_no_probability_stands_beside_causes_that_cannot_be_distinguished(rows):
 
 
 def test_a_parameter_is_shown_in_each_model(rows):
-    (shown,) = [row for row in rows if row[0] == "resistance"]
-    assert shown == ["resistance", "1.5 ohm", "1.69 ohm", "1.53 ohm", "changes when the causes come in"]
+    (shown,) = [row for row in rows if row[0] == "winding resistance"]
+    assert shown == ["winding resistance", "1.5 ohm", "1.69 ohm", "1.53 ohm", "changes when the causes come in"]

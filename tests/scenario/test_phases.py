@@ -136,9 +136,12 @@ def test_groups_are_unrolled_in_order_and_know_their_place(tmp_path):
             "- {id: a, kind: hold, at: 9 deg, position: 9 deg, duration: 1 s}\n",
             r"at: unknown key .*allowed: approach, duration",
         ),
-        ("- {id: a, kind: wait, timeout: 1 s, until: {role: speed, above: 1}}\n", "no role that is measured"),
+        ("- {id: a, kind: wait, timeout: 1 s, until: {role: speed, above: 1}}\n", "must be a measured role"),
         ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1}}\n", "no unit"),
-        ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 V}}\n", "no unit of current"),
+        (
+            "- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 V}}\n",
+            "must be a unit of current",
+        ),
         ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current}}\n", "it has none"),
         (
             "- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 A, below: 2 A}}\n",
@@ -148,7 +151,7 @@ def test_groups_are_unrolled_in_order_and_know_their_place(tmp_path):
             "- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, inside: [2 A, 1 A]}}\n",
             "first value must lie below",
         ),
-        ("- {id: a, kind: prompt, text: Ready, answers: [yes, no], unattended: maybe}\n", "none of the answers"),
+        ("- {id: a, kind: prompt, text: Ready, answers: [yes, no], unattended: maybe}\n", "must be one of the answers"),
         ("- {id: a, kind: prompt, text: Ready, answers: [yes, Yes]}\n", "two answers are the same"),
     ],
 )

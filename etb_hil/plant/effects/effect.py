@@ -155,9 +155,9 @@ class Effect:
     found all the same; a last fit in free run alone moves them. `is_one_way`: there is none below zero; what its bounds
     leave there keeps a fit off them. `curve_over`: it stands for any curve over that coordinate (`angle`, `velocity`).
 
-    `check` and `separated_by` are instructions to a technician, in the imperative. `component` is the one that it sits
-    in, where its ports do not say so. `look_alikes`: effects (`id`) and base
-    parameters (`parameter:name`) that are hard to distinguish from it.
+    `name` stands in reports where the id with spaces is not the effect's name. `check` and `separated_by` are
+    instructions to a technician, in the imperative. `component` is the one that it sits in, where its ports do not say
+    so. `look_alikes`: effects (`id`) and base parameters (`parameter:name`) that are hard to distinguish from it.
     `in_part_like`: effects that it cannot be distinguished from where less than a period of it is seen.
     `without_current_like`: likewise where no current was measured. `by_bench`: how its strengths are measured at the
     bench, with the uncertainty of each.
@@ -173,6 +173,7 @@ class Effect:
     separated_by: str
     source: str
     terms: Mapping[Port, Function | tuple[Function, ...]]
+    name: str = ""
     component: Component | None = None
     look_alikes: tuple[str, ...] = ()
     states: tuple[State, ...] = ()

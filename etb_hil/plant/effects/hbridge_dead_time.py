@@ -22,6 +22,7 @@ def voltage(current: float, error: float, ripple_current: float, sharpness: floa
 
 EFFECT = Effect(
     id="hbridge_dead_time",
+    name="H-bridge dead time",
     equation="V_d sign(i) (1 + y^-m)^(-1/m), y = (abs(i) / i_0)^(1 + q); V_d = 2 t_d f_pwm U; none with the bridge off",
     balance=Balance.VOLTAGE,
     parity=Parity.EVEN,

@@ -39,6 +39,7 @@ def springs(
 
 EFFECT = Effect(
     id="limp_home_dead_zone",
+    name="limp-home dead zone",
     equation="springs times 3 u^2 - 2 u^3, u = (abs(x) - (1 - s) w) / (dead zone + s w), x = theta - lh; w by side",
     balance=Balance.TORQUE,
     parity=Parity.EVEN,

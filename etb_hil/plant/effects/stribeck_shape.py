@@ -14,6 +14,7 @@ def peak(omega: float, exponent_change: float, velocity_change: float, tail: flo
 
 EFFECT = Effect(
     id="stribeck_shape",
+    name="Stribeck shape",
     equation=(
         "g = T_c + (T_st - T_c) (1 + t x^(2 + e))^(-1/t), x = |omega| / (omega_s (1 + c)); "
         "t = 0: T_c + (T_st - T_c) exp(-x^(2 + e))"
