@@ -178,7 +178,7 @@ def effects():
         parts.append(f"\n- In data: {_sentence(effect.looks_like)}\n- On the unit: {_sentence(effect.check)}")
         if effect.look_alikes:
             pairs = ", ".join(f"`{name}`" for name in effect.look_alikes)
-            parts.append(f"- Looks like: {pairs}; distinguished by {_sentence(effect.separated_by)}")
+            parts.append(f"- Looks like: {pairs}; to distinguish them: {_sentence(effect.separated_by)}")
         parts.append(f"- Balance: {effect.balance.name.lower()}; parity: {effect.parity.value}.")
         if effect.limits:
             parts.append(f"- Limits: {_sentence(effect.limits)}")

@@ -166,8 +166,8 @@ def test_friction_over_temperature_is_drawn_where_its_law_is_known(tmp_path):
     [
         (lambda folder: folder / "nowhere", "no such file or folder"),
         (lambda folder: folder, "there is no finished run"),
-        (lambda folder: _written(folder / "a.db", b"no database" * 99), "is no store of results: file is not"),
-        (lambda folder: _written(folder / "empty.db", b""), "is no store of results"),
+        (lambda folder: _written(folder / "a.db", b"no database" * 99), "must be a store of results: file is not"),
+        (lambda folder: _written(folder / "empty.db", b""), "must be a store of results"),
     ],
 )
 def test_what_is_no_source(make, words, tmp_path, capsys):
