@@ -245,7 +245,7 @@ def test_a_rotary_drive_is_measured_in_torque_and_angle_as_a_linear_one_in_force
     for name in ("voltage", "angle", "current", "added"):
         np.testing.assert_array_equal(getattr(linear, name), getattr(turning, name))
     assert linear.angle_noise == turning.angle_noise
-    assert "command_force is not in the unit" in said[0]
+    assert "command_force has another unit than stated" in said[0]
     assert [line.replace("torque", "force").replace("N·m", "N") for line in told] == said
 
 
