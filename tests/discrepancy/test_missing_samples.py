@@ -43,7 +43,7 @@ def test_a_scale_that_is_not_as_stated_is_said(cogging_recording, times, is_said
     plate = cogging_recording.series("throttle_angle").values * times
     said = [flag for flag in flags_of(changed(cogging_recording, throttle_angle=plate)) if "as far as" in flag]
     assert len(said) == is_said
-    assert all(f"goes {times:.4f} times as far" in flag for flag in said)
+    assert all(f"moves {times:.4f} times as far" in flag for flag in said)
 
 
 def test_play_is_no_scale(cogging_recording):
@@ -59,7 +59,7 @@ def test_values_that_are_missing_one_at_a_time_are_said_to_be_filled_in_and_judg
     flags = flags_of(changed(cogging_recording, motor_current=current))
     (said,) = (flag for flag in flags if "no motor_current" in flag)
     assert said.startswith("10 % of the samples have no motor_current; 10 %, single ones")
-    assert not any("not judged" in flag for flag in flags)
+    assert not any("excludes them" in flag for flag in flags)
 
 
 def test_of_values_that_are_missing_alone_and_together_both_shares_are_said(cogging_recording):
@@ -68,17 +68,17 @@ def test_of_values_that_are_missing_alone_and_together_both_shares_are_said(cogg
     current[10::20] = current[11::20] = current[12::20] = np.nan
     flags = flags_of(changed(cogging_recording, motor_current=current))
     assert any(flag.startswith("20 % of the samples have no motor_current; 5 %, single ones") for flag in flags)
-    (bad,) = (flag for flag in flags if "not judged" in flag)
+    (bad,) = (flag for flag in flags if "excludes them" in flag)
     assert float(bad.split()[0]) == pytest.approx(20.0, abs=1.0)  # 15 % and the samples that they end at
-    assert bad.endswith("within 0.1 s of them 100 % are not judged")
+    assert bad.endswith("0.1 s around them, 100 % in all")
 
 
 def test_a_bad_moment_costs_what_lies_beside_it_too_and_that_is_said(cogging_recording):
     current = cogging_recording.series("motor_current").values.copy()
     current[4000:4400] = np.nan
-    (bad,) = (f for f in flags_of(changed(cogging_recording, motor_current=current)) if "not judged" in f)
+    (bad,) = (f for f in flags_of(changed(cogging_recording, motor_current=current)) if "excludes them" in f)
     assert float(bad.split()[0]) == pytest.approx(100.0 * 400 / 24000, abs=0.1)
-    assert float(re.search(r"of them ([0-9.]+) %", bad)[1]) == pytest.approx(100.0 * 800 / 24000, abs=0.3)
+    assert float(re.search(r"around them, ([0-9.]+) %", bad)[1]) == pytest.approx(100.0 * 800 / 24000, abs=0.3)
 
 
 def test_where_no_sample_can_be_judged_the_answer_says_why(cogging_recording):
@@ -91,7 +91,7 @@ def test_where_no_sample_can_be_judged_the_answer_says_why(cogging_recording):
 
 def test_samples_that_are_missing_in_every_column_are_said_once(cogging_recording):
     keep = np.arange(12 * RATE) % 10 != 5
-    (said,) = (flag for flag in flags_of(changed(cogging_recording, keep)) if "filled in" in flag)
+    (said,) = (flag for flag in flags_of(changed(cogging_recording, keep)) if "of the samples have no" in flag)
     assert said.startswith("10 % of the samples have no motor_voltage, motor_current, motor_angle, throttle_angle;")
 
 
