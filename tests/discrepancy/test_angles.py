@@ -65,7 +65,7 @@ def test_a_step_shows_itself_in_a_files_digits(digits):
 def test_an_encoders_zero_is_set_to_the_plates():
     found = Angles.of({"motor_angle": _encoder(16384) - 40.0, "throttle_angle": PLATE}, MODEL)
     assert np.abs(found.angle - PLATE).max() < 1e-4
-    assert "zero was" in found.flags[0]
+    assert "zeros of encoder and plate sensor differ" in found.flags[0]
 
 
 def test_no_angle_is_none():
