@@ -22,6 +22,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
 
 NOTHING = 1.0  # misfit that is immaterial (decision 0038)
+# These bound the processor time. They were chosen on a few development files, and explain_side_by_side.py checks them.
 FITTED = 8  # hypotheses of the linear pass whose fit is begun
 BEGUN = 2  # Gauss-Newton steps of that
 HOPELESS = 0.1  # share of the gain of the likeliest that a hypothesis has after them, or it is excluded
@@ -46,7 +47,7 @@ class Step:
 
     @property
     def is_accepted(self) -> bool:
-        """Whether the likeliest is no noise, and matters."""
+        """Whether the likeliest stands out of the noise, and matters."""
         best = self.best
         return self.misfit > NOTHING and best.evidence > GAIN and best.misfit < NEEDED * self.misfit
 

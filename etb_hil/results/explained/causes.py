@@ -8,8 +8,25 @@ from dataclasses import dataclass, field
 Interval = tuple[float, float]
 
 
+class WithInterval:
+    """Both ends of a result's 95 % interval."""
+
+    __slots__ = ()
+    interval: Interval
+
+    @property
+    def low(self) -> float:
+        """The lower end of the interval."""
+        return self.interval[0]
+
+    @property
+    def high(self) -> float:
+        """The upper end of the interval."""
+        return self.interval[1]
+
+
 @dataclass(frozen=True, slots=True)
-class ParameterEstimate:
+class ParameterEstimate(WithInterval):
     """An estimate of a cause's parameter, with its 95 % interval.
 
     `in_model` is the value in the model file that is written; `flags` are remarks on how far to trust the estimate.
@@ -27,16 +44,6 @@ class ParameterEstimate:
     """Remarks on how far to trust the estimate."""
     in_model: float | None = None
     """Value in the model file that is written; null without one."""
-
-    @property
-    def low(self) -> float:
-        """The lower end of the interval."""
-        return self.interval[0]
-
-    @property
-    def high(self) -> float:
-        """The upper end of the interval."""
-        return self.interval[1]
 
 
 @dataclass(frozen=True, slots=True)

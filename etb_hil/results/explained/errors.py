@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from etb_hil.results.explained.causes import Interval
+from etb_hil.results.explained.causes import Interval, WithInterval
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class Errors:
 
 
 @dataclass(frozen=True, slots=True)
-class Gain:
+class Gain(WithInterval):
     """By what share the error of one model is smaller than that of another.
 
     `of` names the error and both models.
@@ -84,16 +84,6 @@ class Gain:
     """Name of the error and of both models."""
     over_reference: Gain | None = None
     """Reduction relative to the reference model."""
-
-    @property
-    def low(self) -> float:
-        """The lower end of the interval."""
-        return self.interval[0]
-
-    @property
-    def high(self) -> float:
-        """The upper end of the interval."""
-        return self.interval[1]
 
 
 @dataclass(frozen=True, slots=True)
