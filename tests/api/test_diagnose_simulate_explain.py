@@ -40,7 +40,7 @@ def test_limits_and_model_may_be_objects(faulty):
 def test_a_recording_without_a_current_is_refused(tmp_path):
     table = tmp_path / "x.csv"
     table.write_text("time_s,motor_voltage_V\n0,1\n0.001,2\n0.002,1\n")
-    with pytest.raises(etb.InputError, match="has no motor_current and no motor_angle"):
+    with pytest.raises(etb.InputError, match="needs motor_current and motor_angle"):
         etb.diagnose(etb.read(table))
 
 

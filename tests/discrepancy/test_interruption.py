@@ -115,7 +115,8 @@ def test_while_the_data_are_made_ready_it_is_said_that_nothing_was_done(cogging_
 
 def test_in_the_first_seconds_of_the_command_it_says_that_nothing_was_written(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("etb_hil.api.recordings.read", _interrupts)
-    code = main(["explain", "data.csv", "--model", "default", "--out", str(tmp_path / "there")])
+    (tmp_path / "data.csv").touch()
+    code = main(["explain", str(tmp_path / "data.csv"), "--model", "default", "--out", str(tmp_path / "there")])
     assert code == ExitCode.ABORTED
     assert "the data were being read; nothing was fitted and nothing was written" in capsys.readouterr().err
     assert not (tmp_path / "there").exists()
