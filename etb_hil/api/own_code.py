@@ -56,7 +56,7 @@ def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str],
     if entry["id"] in known:
         raise InputError(Problem("this phase id stands twice", value=entry["id"], remedy="give it another one"))
     if "until" in entry:
-        raise InputError(Problem("'until' is for scenario files", remedy="look at `seen` between short motions"))
+        raise InputError(Problem("'until' is for scenario files", remedy="check `seen` between short motions"))
     if entry["kind"] == "prompt":
         raise InputError(Problem("a prompt is for scenario files", remedy="ask in your own code"))
     before = (

@@ -55,7 +55,8 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.outcome import ExitCode
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.report.explain_next_test import next_steps
-        from etb_hil.report.explain_verdict import one_component
+        from etb_hil.report.explain_values import joined, words
+        from etb_hil.report.explain_verdict import one_component, reason
         from etb_hil.report.residual_text import residual_text
         from etb_hil.store.address import sessions_among
 
@@ -79,15 +80,15 @@ def run(options: argparse.Namespace) -> int:
         paths, problem = _write(answer, options)
     _progress("")
     found = answer.result
-    print(f"verdict: {found.verdict}")
+    print(f"verdict: {found.verdict.replace('_', ' ')}\n  {reason(found)}")
     if left := residual_text(found):
         print(f"  {left}")
-    for reason in found.data_quality:
-        if isinstance(reason, str):
-            print(f"  {reason}")
+    for lacking in found.data_quality:
+        if isinstance(lacking, str):
+            print(f"  {lacking}")
     for cause in found.causes:
-        others = f" (or {', '.join(cause.not_isolable_from)})" if cause.not_isolable_from else ""
-        print(f"  {cause.id}{others}: {100.0 * cause.share_of_error:.0f} % of the error")
+        named = joined(map(words, (cause.id, *cause.not_isolable_from)), "or")
+        print(f"  {named}: {100.0 * cause.share_of_error:.0f} % of the error")
     if shared := one_component(found):
         print(f"  {shared}")
     for step in next_steps(found):

@@ -28,14 +28,15 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import stock_names
     from etb_hil.discrepancy.plan.isolability import combined, isolability
+    from etb_hil.plant.names import display_name
 
     parts = [_along(options, name) for name in options.scenarios]
     found = isolability(combined(parts))
     print(f"{len(found.not_isolable)} of {found.pairs} pairs are not isolable (cosine of 0.95 and more):")
     for first, second, cosine in found.not_isolable:
-        print(f"  {first} and {second} ({cosine:.2f})")
+        print(f"  {display_name(first)} and {display_name(second)} ({cosine:.2f})")
     if found.hidden:
-        print(f"does not show beside base parameters, whatever these are: {', '.join(found.hidden)}")
+        print(f"not detectable jointly with the base parameters: {', '.join(map(display_name, found.hidden))}")
     if options.suggest and found.not_isolable:
         left = {}
         for name in stock_names("scenario"):
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
                 left[name] = isolability(combined([*parts, _along(options, name)]))
         best = min(left, key=lambda name: (len(left[name].hidden), len(left[name].not_isolable)))
         pairs, hidden = len(left[best].not_isolable), len(left[best].hidden)
-        print(f"add the scenario {best}: {pairs} pairs are left, {hidden} do not show")
+        print(f"with the scenario {best}, {pairs} pairs are not isolable and {hidden} effects are not detectable")
     return int(ExitCode.DONE)
 
 
@@ -66,6 +67,6 @@ def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
     with tempfile.TemporaryDirectory() as folder:
         finished = execute(job, Path(folder), "", 1)
         recording = finished.analysis.recording
-    print(f"{scenario}: looking at its motion", file=sys.stderr)
+    print(f"computing the sensitivities along {scenario}", file=sys.stderr)
     balances = [Balances(measured, job.model) for measured in measurements_of(recording, job.model)]
     return sensitivities(job.model, balances)

@@ -288,7 +288,7 @@ def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
     middle = float(np.nanmedian(recordings[0].series("temperature").values))
     obeying = model.with_laws_as_terms(middle)
     if found := impossible(obeying.parameters):
-        remedy = "look at the model file's laws over the temperature, and at the temperature that was recorded"
+        remedy = "check the model file's laws over the temperature, and the temperature that was recorded"
         what = f"at {middle:.3g} degC the model file states no throttle"
         raise InputError(*(replace(one, what=f"{what}: {one.what}", remedy=remedy) for one in found.values()))
     return obeying

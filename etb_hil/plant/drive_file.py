@@ -123,7 +123,7 @@ class _Reader:
         if not low <= value <= high:
             unit = unit_of(dimension)
             said = f"{100.0 * low:g} to {100.0 * high:g} %" if unit == "1" else f"{low:g} to {high:g} {unit}"
-            self.problems.append(Problem("out of range", place, text, said, "look at the number and its unit"))
+            self.problems.append(Problem("out of range", place, text, said, "check the number and its unit"))
         return value
 
 
@@ -147,7 +147,7 @@ def _drive(document: Document[DriveFile]) -> Model:
     }
     if not problems and step > turn / _COARSEST:
         allowed = f"up to {turn / _COARSEST:g} {unit_of(length)}, a quarter of travel_per_turn"
-        remedy = "look at both numbers and their units"
+        remedy = "check both numbers and their units"
         place = document.place("position_step")
         problems.append(Problem("out of range", place, content.position_step, allowed, remedy))
     if problems:

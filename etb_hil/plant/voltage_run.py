@@ -80,7 +80,7 @@ def _must_be_of_housing(degrees: Float64) -> None:
     for one in (float(degrees.min()), float(degrees.max())):
         if not COLDEST < one < HOTTEST:
             allowed = f"{COLDEST:g} to {HOTTEST:g} degC"
-            remedy = "look at the unit of its column (degC or K)"
+            remedy = "check the unit of its column (degC or K)"
             raise InputError(Problem("no housing has this temperature", None, f"{one:.4g} degC", allowed, remedy))
 
 

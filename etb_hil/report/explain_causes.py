@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.report.explain_values import digits, scale, with_unit, words
+from etb_hil.report.explain_values import digits, joined, scale, with_unit, words
 from etb_hil.results.explained.causes import Candidate, Cause, ParameterEstimate
 from etb_hil.results.explained.models import LAST_FIT, CalibratedParameter
 from etb_hil.results.explanation import ExplanationResult
@@ -17,8 +17,8 @@ def cause_rows(cause: Cause, *, is_refitted: bool) -> list[dict[str, Any]]:
     sizes = [_size(words(name), p, is_refitted=is_refitted) for name, p in cause.parameters.items()]
     finer = cause.finer_in_model.items()
     sizes += [f"{words(name)}: {value:.3g} in the model file only" for name, value in finer]
-    *most, last = map(words, (cause.id, *cause.not_isolable_from))
-    group = f"{', '.join(most)} and {last}" if most else ""
+    members = (cause.id, *cause.not_isolable_from)
+    group = joined(map(words, members)) if cause.not_isolable_from else ""
     first = _row(cause.id) | {"share": f"{100.0 * cause.share_of_error:.0f} %", "sizes": sizes, "group": group}
     others = [_row(id_) | {"share": "", "sizes": [], "group": ""} for id_ in cause.not_isolable_from]
     return [first, *(other | {"name": f"or {other['name']}"} for other in others)]

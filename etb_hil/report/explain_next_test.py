@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from etb_hil.report.explain_values import at_shaft, words
-from etb_hil.results.explained.next_test import RequiredParameter
+from etb_hil.report.explain_values import at_shaft, joined, words
+from etb_hil.results.explained.next_test import BenchStep, RequiredParameter
 from etb_hil.results.explanation import ExplanationResult
 
 _NO_TEST = (
@@ -34,17 +34,21 @@ def next_test_text(found: ExplanationResult) -> dict[str, Any]:
     isolated, open_ids = (", ".join(map(words, ids)) for ids in (expected.isolated, expected.not_isolated))
     steps = []
     if test.bench_steps:
-        steps = [f"{one.instruction}: {', '.join(map(_wanted, one.parameters))}" for one in test.bench_steps]
+        steps = [_bench_step(one) for one in test.bench_steps]
         keys = ", ".join(each.name for one in test.bench_steps for each in one.parameters)
-        steps.append(f"write the values into the model file under 'measured', as {keys}")
+        steps.append(f"Write the values into the model file, under 'measured': {keys}.")
     if test.scenario:
-        run = f"run {test.scenario} (next_test.yaml) on the same unit and explain its record and then these "
-        steps.append(f"{run}(etb-hil explain NEW THESE --same-unit)")
+        steps.append(f"Run {test.scenario} (next_test.yaml) on the same unit.")
+        steps.append("Explain both records together, the new one first: etb-hil explain NEW OLD --same-unit")
     else:
-        steps.append("explain these data again")
-    says = f"They distinguish {words(test.pair[0])} from {isolated}."
+        steps.append("Explain these data again.")
+    says = f"These steps distinguish {words(test.pair[0])} from {isolated}."
     says = f"{says} Not distinguished: {open_ids}. {_sentence(test.text)}" if open_ids else says
     return {"steps": steps, "says": says}
+
+
+def _bench_step(step: BenchStep) -> str:
+    return f"{_sentence(step.instruction)} Determine {joined(map(_wanted, step.parameters))}."
 
 
 def _wanted(number: RequiredParameter) -> str:

@@ -25,7 +25,13 @@ def words(id_: str) -> str:
     """Return the name of an effect, a parameter, a parametric fault or a role."""
     fault = "parametric fault of " if id_.startswith(_PARAMETER) else ""
     effect, dot, parameter = id_.removeprefix(_PARAMETER).partition(".")
-    return f"{fault}{display_name(effect)}{f': {display_name(parameter)}' if dot else ''}"
+    return f"{fault}{display_name(effect)}{f' ({display_name(parameter)})' if dot else ''}"
+
+
+def joined(names: Iterable[str], last: str = "and") -> str:
+    """Return names as a list in a sentence, as in `a, b and c`."""
+    *first, end = names
+    return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def scale(values: Iterable[float], unit: str) -> tuple[float, str]:

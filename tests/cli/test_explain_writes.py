@@ -58,7 +58,12 @@ def test_a_disk_that_is_full_costs_no_verdict(table, writes, monkeypatch, capsys
     monkeypatch.setattr(writes, full)
     assert main(["explain", table, "--model", "default", "--out", "there"]) == 2
     said = capsys.readouterr()
-    assert said.out.splitlines() == ["verdict: explained", "  a reason", "  iron_loss (or viscous): 50 % of the error"]
+    assert said.out.splitlines() == [
+        "verdict: explained",
+        "  The causes below explain the errors of the model.",
+        "  a reason",
+        "  iron loss or viscous friction: 50 % of the error",
+    ]
     assert "there" in said.err
     assert "No space left on device" in said.err
 

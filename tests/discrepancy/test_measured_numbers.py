@@ -169,10 +169,10 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
     assert friction["parameters"][0]["shaft"] == "throttle"
     answer = plain(explanation(open_class, None)) | {"confounded": [], "next_test": test}
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
-    assert "sliding friction to within 0.0045 N·m at the plate (shaft: throttle)" in page
+    assert "Determine sliding friction to within 0.0045 N·m at the plate (shaft: throttle)" in page
     assert "under &#39;measured&#39;" in page
-    assert "<li>explain these data again</li>" in page
-    assert "They distinguish cogging torque from parametric fault of sliding friction." in page
+    assert "<li>Explain these data again.</li>" in page
+    assert "These steps distinguish cogging torque from parametric fault of sliding friction." in page
 
 
 def test_what_instruments_give_can_be_entered():

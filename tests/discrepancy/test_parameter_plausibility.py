@@ -23,7 +23,7 @@ def measured():
 @pytest.mark.parametrize(
     ("changed", "says"),
     [
-        (lambda m: {"voltage": 1000.0 * m.voltage}, "look at its unit (V or mV)"),
+        (lambda m: {"voltage": 1000.0 * m.voltage}, "check the unit of the voltage (V or mV)"),
         (lambda m: {"voltage": 1000.0 * m.voltage}, "unit mismatch: values in mV whose unit says V"),
         (
             lambda m: {"angle": np.radians(m.angle), "plate": np.radians(m.plate)},
@@ -31,36 +31,42 @@ def measured():
         ),
         (lambda m: {"angle": np.radians(m.angle), "plate": None}, "values in rad whose unit says deg"),
         (lambda m: {"angle": np.radians(m.angle), "plate": None, "current": None}, "values in rad whose unit says deg"),
-        (lambda m: {"plate": np.degrees(m.plate)}, "unit mismatch: the larger one holds deg, or the smaller one rad"),
-        (lambda m: {"voltage": 100.0 / 13.5 * m.voltage}, "a duty that is in per cent"),
+        (lambda m: {"plate": np.degrees(m.plate)}, "unit mismatch: the larger angle is in deg and labelled rad"),
+        (lambda m: {"voltage": 100.0 / 13.5 * m.voltage}, "of the duty (1 or %)"),
         (
             lambda m: {"voltage": 0.02 * np.random.default_rng(1).standard_normal(len(m))},
-            "the motor's voltage stands at",
+            "the motor voltage is constant",
         ),
-        (lambda m: {"temperature": m.temperature + 273.15}, "look at its unit (degC or K)"),
-        (lambda m: {"angle": m.plate / GEAR, "plate": GEAR * m.angle}, "324 times as far as motor_angle over the gear"),
+        (lambda m: {"temperature": m.temperature + 273.15}, "check its unit (degC or K)"),
+        (
+            lambda m: {"angle": m.plate / GEAR, "plate": GEAR * m.angle},
+            "324 times as far as motor_angle divided by the gear",
+        ),
         (
             lambda m: {"plate": np.degrees(m.plate)},
-            "57.3 times as far as motor_angle over the gear ratio",
+            "57.3 times as far as motor_angle divided by the gear ratio",
         ),
         (
             lambda m: {"angle": np.radians(m.angle)},
-            "57.3 times as far as motor_angle over the gear ratio",
+            "57.3 times as far as motor_angle divided by the gear ratio",
         ),
         (
             lambda m: {"plate": np.full(len(m), 0.14)},
-            "throttle_angle stands still while motor_angle moves",
+            "throttle_angle is constant while motor_angle moves",
         ),
-        (lambda m: {"angle": np.full(len(m), 0.14)}, "motor_angle stands still while throttle_angle moves"),
+        (lambda m: {"angle": np.full(len(m), 0.14)}, "motor_angle is constant while throttle_angle moves"),
         (lambda m: {"angle": np.mod(GEAR * m.angle, 2.0 * np.pi) / GEAR}, "throttle_angle"),
-        (lambda m: {"plate": np.roll(m.plate, len(m) // 3)}, "an encoder that starts anew each turn"),
-        (lambda m: {"plate": -m.plate}, "throttle_angle goes against motor_angle; turn the sign of the one"),
+        (lambda m: {"plate": np.roll(m.plate, len(m) // 3)}, "an encoder that restarts each turn"),
+        (lambda m: {"plate": -m.plate}, "throttle_angle moves opposite to motor_angle; invert the sign of the angle"),
         (
             lambda m: {"angle": -m.angle, "plate": -m.plate},
-            "goes against motor_voltage; turn the angle's sign",
+            "moves opposite to motor_voltage; invert the sign of the angle",
         ),
-        (lambda m: {"voltage": -m.voltage, "current": -m.current}, "else the voltage's and the current's"),
-        (lambda m: {"voltage": -m.voltage, "current": None, "plate": None}, "the angle goes against motor_voltage"),
+        (lambda m: {"voltage": -m.voltage, "current": -m.current}, "else those of voltage and current"),
+        (
+            lambda m: {"voltage": -m.voltage, "current": None, "plate": None},
+            "the angle moves opposite to motor_voltage",
+        ),
     ],
 )
 def test_what_is_no_throttles_is_refused_with_what_to_look_at(measured, changed, says):

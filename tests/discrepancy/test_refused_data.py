@@ -30,7 +30,7 @@ def test_a_duty_of_zeros_is_refused_at_once_however_slow_its_samples_are(cogging
     )
     answer = plain(explain([found], MODEL))
     assert answer["verdict"] == "insufficient_data"
-    assert any("look at the column of motor_voltage or motor_duty" in str(one) for one in answer["data_quality"])
+    assert any("check the column of motor_voltage or motor_duty" in str(one) for one in answer["data_quality"])
 
 
 def _values(recording, role):
@@ -56,12 +56,12 @@ def _still(recording):
             "the plate moves beyond the model's stops; suspected unit mismatch: values in deg whose unit says rad",
         ),
         (lambda r: {"motor_current": -_values(r, "motor_current")}, "motor_current runs against motor_voltage"),
-        (lambda r: {"motor_current": 1000.0 * _values(r, "motor_current")}, "look at its unit (A or mA)"),
+        (lambda r: {"motor_current": 1000.0 * _values(r, "motor_current")}, "check its unit (A or mA)"),
         (lambda r: {"motor_current": np.clip(_values(r, "motor_current"), -1.5, 1.5)}, "motor_current stays at 1.5 A"),
         (lambda r: {"motor_current": np.maximum(_values(r, "motor_current"), 0.0)}, "motor_current stays at 0 A"),
         (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), np.nan)}, "no values of motor_voltage"),
-        (lambda r: {"motor_voltage": np.zeros(len(_values(r, "motor_voltage")))}, "voltage stands at 0 V throughout"),
-        (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), 12.0)}, "look at the column of"),
+        (lambda r: {"motor_voltage": np.zeros(len(_values(r, "motor_voltage")))}, "voltage is constant (0 V) while"),
+        (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), 12.0)}, "check the column of"),
     ],
     ids=["still", "degrees", "backwards", "mA as A", "cut off", "one way", "no voltage", "zeros", "the supply"],
 )

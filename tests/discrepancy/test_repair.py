@@ -104,7 +104,7 @@ def test_a_voltmeters_zero_is_seen_with_the_bridge_off(healthy, zero):
 
 def test_a_supplys_column_is_no_zero(healthy):
     count = len(healthy.case.table["motor_voltage"])
-    with pytest.raises(InputError, match=r"stands at 13\.5 V throughout"):
+    with pytest.raises(InputError, match=r"is constant \(13\.5 V\)"):
         must_be_of_throttle([_measured(healthy, motor_voltage=np.full(count, 13.5))], healthy.model)
 
 

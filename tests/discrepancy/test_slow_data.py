@@ -74,7 +74,7 @@ def test_it_is_said_that_they_are_slow_and_when_it_may_be_the_times_unit(slow, c
     thousandfold = Recording("ms as s", ClockGrade.TABLE)
     thousandfold.append([replace(block, time_ns=1000 * block.time_ns, stamp_ns=1000 * block.stamp_ns)])
     assert "has 2 samples a second" in slow_remark(thousandfold)
-    assert "look at the time's unit" in slow_remark(thousandfold)
+    assert "check the time's unit" in slow_remark(thousandfold)
 
 
 def test_the_command_says_so_before_the_long_work(tmp_path, monkeypatch, capsys):
@@ -83,7 +83,7 @@ def test_the_command_says_so_before_the_long_work(tmp_path, monkeypatch, capsys)
     (tmp_path / "data.csv").write_text("\n".join([*lines, ""]), "utf-8")
 
     def begins(*_, **__):
-        assert "look at the time's unit" in capsys.readouterr().err
+        assert "check the time's unit" in capsys.readouterr().err
         raise InputError("the long work began")
 
     monkeypatch.setattr("etb_hil.discrepancy.explain.explain", begins)

@@ -135,11 +135,11 @@ def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, t
     test = {"pair": ["cogging_torque", "torque_ripple"], "text": "weigh it", "scenario": "multisine"}
     found = plain(answer) | {"next_test": test | {"expected_separation": expected, "separation_here": None}}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
-    assert "run multisine" in page
-    assert "explain NEW THESE --same-unit" in page
+    assert "<li>Run multisine (next_test.yaml) on the same unit.</li>" in page
+    assert "explain NEW OLD --same-unit" in page
     assert (
-        "They distinguish cogging torque from torque ripple. Not distinguished: parametric fault of sliding friction. "
-        "Weigh it." in page
+        "These steps distinguish cogging torque from torque ripple. Not distinguished: parametric fault of sliding "
+        "friction. Weigh it." in page
     )
 
 

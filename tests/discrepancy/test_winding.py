@@ -30,7 +30,7 @@ def test_a_current_in_another_unit_is_refused_with_what_the_winding_allows(measu
     assert f"up to {times * np.quantile(np.abs(measured.current), 0.999):.3g} A" in said
     volts = np.quantile(np.abs(measured.voltage), 0.999)
     assert f"{volts:.3g} V: {volts / MODEL.values.resistance:.3g} A" in said
-    assert "look at its unit (A or mA)" in said
+    assert "check its unit (A or mA)" in said
     pair = "mA whose unit says A" if times > 1.0 else "A whose unit says mA"
     assert f"suspected unit mismatch: values in {pair}, 1000 times too" in said
 

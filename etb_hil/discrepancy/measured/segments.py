@@ -172,7 +172,7 @@ def _must_move(m: Measurement, model: Model) -> None:
                 + (f"; {suspected('deg', 'rad')}" if is_of_label else ""),
                 value=f"{math.degrees(way):.3g} deg",
                 allowed=f"up to {math.degrees(TOO_FAR * between):.3g} deg",
-                remedy="look at the angle's unit (rad or deg), and at the model's gear_ratio and stops",
+                remedy="check the angle's unit (rad or deg), and the model's gear_ratio and stops",
             )
         )
 

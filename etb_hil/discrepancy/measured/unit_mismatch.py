@@ -41,10 +41,8 @@ def off_by(values: str, says: str) -> float:
 def must_be_labelled_in_its_angle(m: Measurement, model: Model) -> None:
     """Refuse an angle in rad whose label says deg.
 
-    The plate seems to hardly move while the voltage drives it.
-
-    As it is labelled, the model's voltage along the motion errs by more than the mean voltage does; with 57.3 times the
-    angle it errs by less. So many times the way is that of a test: more than half of the way between the stops.
+    With the angle as labelled, the model's voltage has a larger error than the mean voltage; with 57.3 times the angle
+    it has a smaller one. The enlarged travel must be that of a test: more than half of the travel between the stops.
     """
     way, between = float(np.ptp(m.angle)), model.values.stop_high - model.values.stop_low
     if not _HALF < DEGREES * way / between <= TOO_FAR:
@@ -52,8 +50,8 @@ def must_be_labelled_in_its_angle(m: Measurement, model: Model) -> None:
     if _explained(m, model, 1.0) > 0.0 or _explained(m, model, DEGREES) <= 0.0:
         return
     role = m.role("angle")
-    what = f"{m.origin}: {role} goes over {math.degrees(way):.3g} deg in all; {suspected('rad', 'deg')}"
-    why = "57.3 times the angle follows motor_voltage as the model does, and the angle itself does not"
+    what = f"{m.origin}: the range of {role} is {math.degrees(way):.3g} deg; {suspected('rad', 'deg')}"
+    why = "the model explains motor_voltage with 57.3 times this angle, and not with the angle itself"
     raise InputError(Problem(f"{what}: {why}", remedy="correct its unit in the column's header or in the map"))
 
 

@@ -52,7 +52,7 @@ def _must_be_in_its_unit(origin: str, volts: float, amperes: float, resistance: 
     as_meant = amperes / off_by(*pair)
     label = f"; {suspected(*pair)}" if allowed / _HARDLY <= as_meant <= _BRAKES * allowed else ""
     by = f"the model's R of {resistance:.3g} ohm allows at the greatest voltage, {volts:.3g} V: {allowed:.3g} A"
-    remedy = "look at its unit (A or mA) in the column's header or in the map, or leave the column out"
+    remedy = "check its unit (A or mA) in the column's header or in the map, or leave the column out"
     raise InputError(
         Problem(f"{origin}: motor_current goes up to {amperes:.3g} A, which {what} what {by}{label}", remedy=remedy)
     )

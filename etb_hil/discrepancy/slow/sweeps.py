@@ -96,7 +96,7 @@ def slow_remark(recording: Recording) -> str:
     says = f"{recording.origin} has {rate:.3g} samples a second: naming a cause needs {SLOWEST:g} a second"
     if rate > SLOWEST / _FAR:
         return f"{says}; these data allow free runs only, which takes minutes"
-    asks = "look at the time's unit in the column's header or in the map (ms that are read as s?)"
+    asks = "check the time's unit in the column's header or in the map (ms that are read as s?)"
     return f"{says}; {asks}. These data allow free runs only, which takes minutes"
 
 

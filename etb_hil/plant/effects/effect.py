@@ -73,8 +73,11 @@ class BenchMeasurement(StrEnum):
         "angle over the load"
     )
     SUPPLY = "read the supply at the bridge with a voltmeter, at rest and under a known current"
-    BRUSHES = "hold the motor at several currents of both signs and read the voltage at its terminals: its intercept"
-    BRIDGE = "compare the mean voltage at the bridge's output with the duty that is commanded, at several currents"
+    BRUSHES = (
+        "hold the motor at several currents of both signs; read the voltage at its terminals; extrapolate it to "
+        "zero current"
+    )
+    BRIDGE = "compare the mean voltage at the bridge's output with the commanded duty, at several currents"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.plausibility import stands
+from etb_hil.discrepancy.measured.plausibility import is_constant
 from etb_hil.discrepancy.measured.repair.rest_blocks import Blocks
 from etb_hil.discrepancy.measured.sampling import open_bridge
 from etb_hil.plant.parameters import Model
@@ -26,7 +26,7 @@ def voltage_zero(measured: Measurement, model: Model) -> float:
     is taken: a few of them may hold a command too small to move anything.
     """
     m = measured
-    if m.current is None or stands(m.voltage, m.sensors):  # a supply's column: its 13.5 V are no zero
+    if m.current is None or is_constant(m.voltage, m.sensors):  # a supply's column: its 13.5 V are no zero
         return 0.0
     blocks = Blocks.of(m)
     amperes = blocks.cut(m.current).mean(axis=1)
