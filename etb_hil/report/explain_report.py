@@ -21,7 +21,7 @@ from etb_hil.report.explain_errors import CALLED, error_rows, gain_text, run_row
 from etb_hil.report.explain_next_test import next_test_text
 from etb_hil.report.explain_verdict import TONES, further_sentences, named_causes, reason
 from etb_hil.report.page_template import ours, render
-from etb_hil.report.svg import svg_of
+from etb_hil.report.svg import drawings_of
 from etb_hil.results.explanation import ExplanationResult
 
 REPORT_NAME = "explanation.html"
@@ -57,7 +57,7 @@ def write_explanation(
             plots["over_runs"] = explain_plots.over_runs(series.runs)
         for name, chart in plots.items():
             save_png(figure_of(chart), folder / f"{name}.png")
-            drawn.append((name, ours(svg_of(chart, name))))
+            drawn.append((name, ours(drawings_of(chart, name))))
     return write_text(folder / REPORT_NAME, _page(found, drawn, folder, inputs))
 
 

@@ -14,17 +14,19 @@ from etb_hil.report.chart import CLOSING, INK, MEASURED
 from etb_hil.report.drawing import STYLE, legend_below, new_figure
 from etb_hil.report.history_plot import draw_chart, draw_limits, draw_over_time, label_of
 
+_LEGEND_COLUMN = 1.6  # inches: a label of 20 characters
+
 
 @mpl.rc_context(STYLE)
-def over_time(history: History, number: NumberHistory) -> Figure:
+def over_time(history: History, number: NumberHistory, width_in: float) -> Figure:
     """Draw each value at its time, with the limits.
 
     The axis is as long as the runs, an hour at the least.
     """
-    figure, (axes,) = new_figure(8.0, 3.4)
+    figure, (axes,) = new_figure(width_in, 3.4)
     draw_over_time(axes, history, number, named=True)
     axes.set(xlabel="time (UTC)")
-    legend_below(figure, 5)
+    legend_below(figure, int(width_in / _LEGEND_COLUMN))
     return figure
 
 

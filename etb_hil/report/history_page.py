@@ -5,7 +5,7 @@ The page has charts, distributions and gauge studies.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -23,10 +23,12 @@ from etb_hil.report.drawing import inline_svg
 from etb_hil.report.history_text import lacking, spread_text, statements
 from etb_hil.report.page_template import ours, render
 from etb_hil.report.show import printable, share
+from etb_hil.report.svg import PHONE_WIDTH, for_both_widths
 from etb_hil.results.shown import quantity
 from etb_hil.store.run import Run
 
 PAGE_NAME = "history.html"
+PAGE_WIDTH = 8.0  # inches
 _LONGEST = 600  # characters of a text
 _CAPABLE = 1.33  # asked of a process that runs (AIAG, PPAP manual, 4th edition 2006, 2.2.11.3, asks 1.33 to 1.67)
 _TONES = {"good": "good", "usable": "unsure", "unsuitable": "bad"}
@@ -56,8 +58,15 @@ class _Drawn:
         self._count = 0
 
     def __call__(self, figure: Figure) -> Markup:
+        return ours(self._svg(figure))
+
+    def both(self, draw: Callable[[float], Figure]) -> Markup:
+        """Draw a figure at the page's width and at a phone's, of which the page shows one."""
+        return ours(for_both_widths(self._svg(draw(PAGE_WIDTH)), self._svg(draw(PHONE_WIDTH))))
+
+    def _svg(self, figure: Figure) -> str:
         self._count += 1
-        return ours(inline_svg(figure, f"figure-{self._count}"))
+        return inline_svg(figure, f"figure-{self._count}")
 
 
 def _part(history: History, rows: int, drawn: _Drawn) -> dict[str, Any]:
@@ -88,7 +97,7 @@ def _number(history: History, number: NumberHistory, drawn: _Drawn) -> dict[str,
         "id": number.id,
         "plain": number.plain,
         "badges": _badges(number),
-        "over_time": drawn(history_figures.over_time(history, number)),
+        "over_time": drawn.both(lambda width: history_figures.over_time(history, number, width)),
         "chart": drawn(history_figures.chart(number)) if has_chart else "",
         "spread": drawn(history_figures.spread(number)) if has_chart else "",
         "statements": [*statements(number), *lacking(number)],

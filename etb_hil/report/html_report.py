@@ -22,7 +22,7 @@ from etb_hil.report.grades import bus_facts, timing_facts
 from etb_hil.report.page_template import ours, render
 from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
-from etb_hil.report.svg import svg_of
+from etb_hil.report.svg import drawings_of
 from etb_hil.report.unit_codes import facts, measured_for
 from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.results import shown
@@ -71,7 +71,7 @@ def write_report(
     """
     series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
     charts = {name: draw(series, results) for name, draw in (*_PLOTS.items(), *_FURTHER.items())}
-    drawn = {name: svg_of(chart, name) for name, chart in charts.items() if chart is not None}
+    drawn = {name: drawings_of(chart, name) for name, chart in charts.items() if chart is not None}
     if pictures:
         from etb_hil.report.drawing import figure_of, save_png  # noqa: PLC0415 (matplotlib takes its time to load)
 

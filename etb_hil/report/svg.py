@@ -50,6 +50,8 @@ _TICK, _PAD, _LEADING = 3.5, 3.5, 1.25
 _HANDLE, _HANDLE_GAP, _COLUMN_GAP, _ROW = 20.0, 7.0, 18.0, 14.0
 _CAP = 4.0
 
+PHONE_WIDTH = 5.2  # inches of a chart that fills a screen 390 px wide: a point is about a pixel there
+
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
@@ -112,6 +114,21 @@ def svg_of(chart: Chart, name: str) -> str:
         parts.append(_words(left + 0.5 * across, top + _TICK + 2 * _PAD + 2.0 * _SIZE, chart.x_label, "middle"))
     parts += legend.drawn(0.5 * width, height - legend.height)
     return "\n".join([*parts, "</svg>"])
+
+
+def drawings_of(chart: Chart, name: str) -> str:
+    """Return a chart for wide screens and, where it is too wide for a phone, once more.
+
+    The style of the page shows one of both, so that texts have a legible size on each.
+    """
+    if chart.width <= PHONE_WIDTH:
+        return svg_of(chart, name)
+    return for_both_widths(svg_of(chart, name), svg_of(replace(chart, width=PHONE_WIDTH), f"{name}-narrow"))
+
+
+def for_both_widths(wide: str, narrow: str) -> str:
+    """Return two drawings of one content, of which the style of the page shows one."""
+    return f'<div class="wide">{wide}</div><div class="narrow">{narrow}</div>'
 
 
 def _head(panel: Panel, *, is_first: bool) -> float:

@@ -220,7 +220,17 @@ function enable(svg) {
   });
 }
 
-document.querySelectorAll("figure svg").forEach(enable);
+/* A drawing that this width of the screen hides has no sizes: it is enabled when it is shown. */
+function enableWhenShown(svg) {
+  const sizes = new ResizeObserver(() => {
+    if (!svg.getClientRects().length) return;
+    sizes.disconnect();
+    enable(svg);
+  });
+  sizes.observe(svg);
+}
+
+for (const svg of document.querySelectorAll("figure svg")) (svg.getClientRects().length ? enable : enableWhenShown)(svg);
 const first = document.querySelector("figure svg");
 if (first) {
   const hint = document.createElement("p");

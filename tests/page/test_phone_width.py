@@ -3,10 +3,14 @@
 import json
 import re
 
+import numpy as np
 import pytest
 from history import made_up
 from report import sample_run
+from selenium.webdriver.support.wait import WebDriverWait
 
+from etb_hil.discrepancy.answer.pictures import Pictures
+from etb_hil.discrepancy.answer.residual_curves import ResidualCurve
 from etb_hil.histories.history import histories
 from etb_hil.report.explain_report import write_explanation
 from etb_hil.report.history_page import write_history_page
@@ -14,6 +18,7 @@ from etb_hil.report.html_report import write_report
 from etb_hil.results.explanation_file import explanation_from_dict
 
 EVIL = "<script>document.title = 'ran'</script>\x1b[2J"
+SMALLEST_LETTERS = 7.5  # px: 8 points, the smallest of the charts, on a phone
 PHONE, PAPER = 390, 718  # px: a phone held upright, and A4 between margins of 11 mm
 SIZE = {"value": 0.0312, "interval": [0.0288, 0.0336], "unit": "N·m", "in_model": 0.0309, "flags": ["at its bound"]}
 ERRORS = {"unit": "rad", "reference": 0.0312, "calibrated": 0.0123, "extended": 0.0034, "noise_floor": 0.0031}
@@ -87,6 +92,15 @@ return JSON.stringify({
 """
 
 
+def drawn():
+    """Return columns of the plots of an explanation: a slow wave, followed better with the causes."""
+    time = np.linspace(6.0, 8.0, 200)
+    wave, place = np.sin(3.0 * time), np.linspace(0.1, 1.4, 30)
+    curves = [0.002 * np.sin(5.0 * place), 0.0002 * np.cos(5.0 * place)]
+    residual = ResidualCurve("torque", "N·m", "position", "rad", place, curves, [-one for one in curves])
+    return Pictures(time, wave, 0.8 * wave, 0.99 * wave, "rad", [residual])
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pages")
@@ -99,15 +113,20 @@ def pages(tmp_path_factory):
     return {
         "report": write_report(sample_run.results(0.567), sample_run.series(0.567), folder / "report"),
         "history": write_history_page(histories(units), folder / "history.html", 20, [EVIL]),
-        "explanation": write_explanation(explanation_from_dict(FOUND), None, folder / "explanation", [data]),
+        "explanation": write_explanation(explanation_from_dict(FOUND), drawn(), folder / "explanation", [data]),
     }
 
 
-def looked_at(browser, address, width, media="screen", theme="light"):
+def wide(browser, width):
+    """Give the browser's screen a width in px."""
     browser.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",
         {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width == PHONE},
     )
+
+
+def looked_at(browser, address, width, media="screen", theme="light"):
+    wide(browser, width)
     features = [{"name": "prefers-color-scheme", "value": theme}]
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": features})
     browser.get(address)
@@ -124,18 +143,48 @@ def test_a_phone_shows_all_of_a_page_with_tables_as_cards(browser, pages, name, 
     assert seen["paper"] == {"light": "rgb(253, 254, 254)", "dark": "rgb(20, 24, 29)"}[theme]
 
 
+LETTERS = """
+const seen = [...document.querySelectorAll("figure svg")].filter((svg) => svg.getClientRects().length);
+const texts = seen.flatMap((svg) => [...svg.querySelectorAll("text")].filter((text) => text.textContent.trim()));
+return texts.map((text) => {
+  const place = text.getScreenCTM();
+  return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(place.a, place.b);
+});
+"""
+
+
+@pytest.mark.parametrize("width", [PHONE, 1280])
+@pytest.mark.parametrize("name", ["report", "history", "explanation"])
+def test_texts_in_plots_are_legible_at_each_width(browser, pages, name, width):
+    looked_at(browser, pages[name].as_uri(), width)
+    sizes = browser.execute_script(LETTERS)
+    assert len(sizes) > 10
+    assert min(sizes) >= SMALLEST_LETTERS
+
+
+ZOOM_ONE = """
+for (let k = 0; k < arguments[0]; k++) svg.dispatchEvent(new KeyboardEvent("keydown", { key: "+", bubbles: true }));
+return [...svg.querySelectorAll("g.scale text")].map((text) => text.textContent);
+"""
+ZOOM = f'const svg = document.querySelector("figure svg"); {ZOOM_ONE}'
+NARROW = 'return [...document.querySelectorAll("figure svg")].find((svg) => svg.closest(".narrow"))'
+
+
+def test_a_plot_for_phones_can_be_zoomed_when_a_window_becomes_narrow(browser, pages):
+    looked_at(browser, pages["history"].as_uri(), 1280)
+    plot = browser.execute_script(NARROW)
+    assert not plot.is_displayed()
+    wide(browser, PHONE)
+    WebDriverWait(browser, 20).until(lambda _: plot.get_attribute("tabindex") == "0")
+    assert plot.is_displayed()
+    assert browser.execute_script(f"const svg = arguments[1]; {ZOOM_ONE}", 2, plot)
+
+
 @pytest.mark.parametrize("name", ["report", "explanation", "history"])
 def test_paper_shows_all_of_a_page_on_white(browser, pages, name):
     seen = looked_at(browser, pages[name].as_uri(), PAPER, "print", "dark")
     assert (seen["wide"], seen["broken"]) == ([], [])
     assert seen["paper"] == "rgb(255, 255, 255)"
-
-
-ZOOM = """
-const svg = document.querySelector("figure svg");
-for (let k = 0; k < arguments[0]; k++) svg.dispatchEvent(new KeyboardEvent("keydown", { key: "+", bubbles: true }));
-return [...svg.querySelectorAll("g.scale text")].map((text) => text.textContent);
-"""
 
 
 def test_the_time_axis_of_a_history_tells_days_and_when_zoomed_hours(browser, pages):

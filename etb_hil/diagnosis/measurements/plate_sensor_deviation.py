@@ -26,5 +26,5 @@ MEASUREMENT = MeasurementKind(
     roles=frozenset({"throttle_angle", "command_position"}),
     is_model_free=True,
     source="half the range over opening and closing passes, the offset taken off (IEC 61298-2, inaccuracy)",
-    too_high="check the plate sensor, its magnet and the gear",
+    too_high="look at the plate sensor, its magnet and the gear",
 )

@@ -28,5 +28,5 @@ MEASUREMENT = MeasurementKind(
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,
     source="from the command to 10 % of the step; a supplier's sheet: below 31 ms for steps over 1 deg",
-    too_high="check friction, winding resistance and the supply",
+    too_high="look at friction, winding resistance and the supply",
 )

@@ -28,5 +28,5 @@ MEASUREMENT = MeasurementKind(
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,
     source="share of the step beyond the final angle (IEC 60050-351)",
-    too_high="check play in the gear, and the controller's tuning",
+    too_high="look at play in the gear and at the controller's tuning",
 )

@@ -28,5 +28,5 @@ MEASUREMENT = MeasurementKind(
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,
     source="10 to 90 % of the step (IEC 60050-351); a supplier's sheet: below 80 ms for steps over 1 deg",
-    too_high="check friction, winding resistance and the supply",
+    too_high="look at friction, winding resistance and the supply",
 )

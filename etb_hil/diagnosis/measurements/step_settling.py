@@ -28,5 +28,5 @@ MEASUREMENT = MeasurementKind(
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,
     source="from the command until within 5 % of the step for good; a supplier's sheet: below 150 ms",
-    too_high="check friction, and play in the gear",
+    too_high="look at friction, and at play in the gear",
 )

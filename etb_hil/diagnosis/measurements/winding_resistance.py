@@ -57,6 +57,6 @@ MEASUREMENT = MeasurementKind(
     roles=frozenset({"motor_voltage", "temperature", "command_mode", "command_position"}),
     is_model_free=True,
     source="slope of voltage over current with the plate at rest, referred to 20 degC (IEC 60034-1, 8.6.2)",
-    too_high="check brushes, connector and cable",
+    too_high="look at brushes, connector and cable",
     too_low="look for shorted turns of the winding",
 )
