@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL
-from etb_hil.diagnosis.law_score import log_evidence
+from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence
 from etb_hil.diagnosis.law_start import start_of_law
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import LITTLE, Evidence, StribeckFit, refit, weights_of_sliding
+from etb_hil.diagnosis.stribeck_fit import LITTLE, Evidence, Linearised, StribeckFit, refit, weights_of_sliding
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
@@ -65,23 +65,25 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
     # the residuals of the paper's law bound the noise and the model error of every law
     weight = weights_of_sliding(ticks, windows, evidence, usual)
 
-    def extended(by: _Fitted, more: tuple[int, ...]) -> _Fitted | None:
-        score = log_evidence(ticks, windows, evidence, prior, by.fit, by.free, more[0], weight)
+    def extended(by: _Fitted, at: Linearised, more: tuple[int, ...]) -> _Fitted | None:
+        score = log_evidence(evidence, prior, at, by.free, more[0], weight)
         if score <= 0.0:
             return None
         free = (*by.free, *more)
         law = _prior_of(prior, free)
-        start = start_of_law(ticks, windows, evidence, law, free, by.fit, weight)
+        start = start_of_law(evidence, law, free, by.fit, weight)
         fit = refit(ticks, windows, evidence, law, start, usual.parameters, LITTLE)
         if fit is None or fit.parameters[AGEING] < 0.0:
             return None
         return _Fitted(fit, law, free, _misfit(fit, law, weight), by.evidence + score)
 
     paper = _Fitted(usual, prior, (), _misfit(usual, prior, weight), 0.0)
-    others = [found for more in (_EXPONENT, _AGES) if (found := extended(paper, more)) is not None]
+    at = by_all_parameters(ticks, windows, evidence, usual)
+    others = [found for more in (_EXPONENT, _AGES) if (found := extended(paper, at, more)) is not None]
     if others:
         best = min(others, key=lambda one: one.misfit)
-        both = extended(best, _AGES if best.free == _EXPONENT else _EXPONENT)
+        at = by_all_parameters(ticks, windows, evidence, best.fit)
+        both = extended(best, at, _AGES if best.free == _EXPONENT else _EXPONENT)
         others += [] if both is None else [both]
     return _weighed(paper, others)
 

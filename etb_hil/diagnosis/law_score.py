@@ -17,7 +17,7 @@ import numpy as np
 
 from etb_hil.diagnosis.friction_model import AGEING
 from etb_hil.diagnosis.prior import PARAMETERS, USUAL, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, linearise
+from etb_hil.diagnosis.stribeck_fit import Evidence, Linearised, StribeckFit, linearised
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times
@@ -27,27 +27,26 @@ from etb_hil.recording.samples import Float64
 _NO_AGE = 1e-9  # share of T_st: what contacts that do not age are differentiated at
 
 
-def log_evidence(
-    ticks: Ticks,
-    windows: Windows,
-    evidence: Evidence,
-    prior: Prior,
-    fit: StribeckFit,
-    free: Sequence[int],
-    index: int,
-    weight: Float64,
-) -> float:
-    """Return the logarithm of the Bayes factor of a law over the fitted one.
-
-    The law has the parameter `index` jointly with those in `free`; the law of `fit` has the latter alone. The factor is
-    Laplace's, to first order, by the robust score. `weight` (m) are the weights of windows that slide, 0 for others.
-    Contacts do not become weaker with age: a score that says so is evidence of nothing.
-    """
+def by_all_parameters(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Linearised:
+    """Return residuals and Jacobian by all parameters (18), at those of a fit."""
     q = fit.parameters
     if q[AGEING] == 0.0:
         q = q.copy()
         q[AGEING] = _NO_AGE * fit.stiction[0]
-    residual, jacobian = linearise(ticks, windows, evidence, q, PARAMETERS)
+    return linearised(ticks, windows, evidence, q, PARAMETERS)
+
+
+def log_evidence(
+    evidence: Evidence, prior: Prior, at: Linearised, free: Sequence[int], index: int, weight: Float64
+) -> float:
+    """Return the logarithm of the Bayes factor of a law over the fitted one.
+
+    The law has the parameter `index` jointly with those in `free`; the fitted law has the latter alone, and `at` is
+    what `by_all_parameters` says of its fit. The factor is Laplace's, to first order, by the robust score. `weight` (m)
+    are the weights of windows that slide, 0 for others. Contacts do not become weaker with age: a score that says so is
+    evidence of nothing.
+    """
+    q, residual, jacobian = at.parameters, at.residual, at.jacobian
     fitted = np.array([*range(USUAL), *free])
     columns, own = np.ascontiguousarray(jacobian[:, fitted]), jacobian[:, index].copy()
     matrix, gained = accumulate(columns, own, weight)

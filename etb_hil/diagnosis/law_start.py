@@ -23,9 +23,7 @@ from etb_hil.diagnosis.friction_model import (
     steady_level,
 )
 from etb_hil.diagnosis.prior import CONSTANT, USUAL, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, linearise
-from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import Windows
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64
 
@@ -36,22 +34,13 @@ _LINEAR = (COULOMB, VISCOUS, *range(CONSTANT, USUAL))
 _YOUNG = 0.01  # share of T_st a unit of the logarithm of age, at least
 
 
-def start_of_law(
-    ticks: Ticks,
-    windows: Windows,
-    evidence: Evidence,
-    law: Prior,
-    free: Sequence[int],
-    before: StribeckFit,
-    weight: Float64,
-) -> Float64:
+def start_of_law(evidence: Evidence, law: Prior, free: Sequence[int], before: StribeckFit, weight: Float64) -> Float64:
     """Return parameters (18) of a law, near its optimum.
 
     The law has the parameters `free`; `weight` (m) are the weights of sliding windows. What the windows do not tell by
     their speed is as it is in the fit `before`. So are all parameters where no grid point has a curve that falls.
     """
-    used, was = np.flatnonzero(weight), before.parameters
-    _, jacobian = linearise(ticks, windows, evidence, was, USUAL)
+    used, was, jacobian = np.flatnonzero(weight), before.parameters, before.jacobian
     speed, weights = evidence.velocity[used], weight[used]
     way = np.where(speed > 0.0, 1.0, -1.0) / (1.0 + was[CONSTANT])
     linear, columns = list(_LINEAR), jacobian[np.ix_(used, _LINEAR)]

@@ -67,9 +67,9 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
     if fit is None:
         return columns
     fastest = float(np.abs(evidence.velocity).max())
-    speeds: Float64 = np.arange(1 - _POINTS, _POINTS, 2, dtype=np.float64) * (fastest / (_POINTS - 1))
+    speeds: Float64 = np.arange(0, _POINTS, 2, dtype=np.float64) * (fastest / (_POINTS - 1))
     value, error = fitted_curve(fit, speeds)
-    band = _band(speeds, value, error, widening, fit)
+    low, high = _band(speeds, value, error, widening, fit)
     slow = np.abs(evidence.velocity) < _SLOW * fastest
     opening, closing = slow & (evidence.velocity > 0.0), slow & (evidence.velocity < 0.0)
     return columns | {
@@ -78,10 +78,10 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
         "point_angle": evidence.position,
         "point_temperature": ticks.temperature[assessment.windows.centre],
         "point_excess": excess_of(evidence, fit),
-        "curve_velocity": speeds,
-        "curve_friction": value,
-        "curve_low": band[0],
-        "curve_high": band[1],
+        "curve_velocity": _both_ways(speeds, speeds),
+        "curve_friction": _both_ways(value, value),
+        "curve_low": _both_ways(high, low),
+        "curve_high": _both_ways(low, high),
         "opening_angle": evidence.position[opening],
         "opening_friction": fit.friction[opening],
         "closing_angle": evidence.position[closing],
@@ -92,16 +92,20 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
 def _band(
     speeds: Float64, value: Float64, error: Float64, widening: Widening, fit: StribeckFit
 ) -> tuple[Float64, Float64]:
-    """Return the lower and the upper edge of a curve's 95 % band at speeds (n).
-
-    The band is equal in both directions.
-    """
+    """Return the lower and the upper edge of a curve's 95 % band at speeds (n) >= 0."""
     low, high = np.empty(len(speeds)), np.empty(len(speeds))
     for k, (speed, level, reach) in enumerate(
         zip(speeds.tolist(), value.tolist(), (TWO_SIDED_95 * error).tolist(), strict=True)
     ):
-        way = 1.0 if speed >= 0.0 else -1.0
-        along = Interval(way * level, way * level - reach, way * level + reach)
+        along = Interval(level, level - reach, level + reach)
         edges = widening.of_curve(along, 1.0 - peak_left(speed, fit.parameters))
-        low[k], high[k] = sorted((way * edges.low, way * edges.high))
+        low[k], high[k] = sorted((edges.low, edges.high))
     return low, high
+
+
+def _both_ways(backward: Float64, forward: Float64) -> Float64:
+    """Return the curve of both directions, of values (n) from rest on.
+
+    Friction is odd: backward it is that of the same speed forward, with the other sign.
+    """
+    return np.concatenate([-backward[:0:-1], forward])

@@ -86,14 +86,16 @@ class StribeckFit:
     """The fitted parameters (18), what they may be off by, and the residual.
 
     The parameters are in the order of `prior`. `friction` (m) is what the windows say of friction once the model's
-    errors are taken off; `residual` (m) N·m is how far that lies above the curve of that time. `counted` is the share
-    of the log-likelihood that the scatter of the run bears out: 1 where residuals are noise.
+    errors are taken off; `residual` (m) N·m is how far that lies above the curve of that time, `jacobian` (m, p) its
+    derivatives by the fitted parameters, with the other sign. `counted` is the share of the log-likelihood that the
+    scatter of the run bears out: 1 where residuals are noise.
     """
 
     parameters: Float64
     spread: Spread
     friction: Float64
     residual: Float64
+    jacobian: Float64
     counted: float
 
     def reach(self, weights: Mapping[int, float]) -> float:
@@ -162,15 +164,17 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
 
     None where none of them comes to an end.
     """
-    best: tuple[float, Float64] | None = None
+    best: tuple[float, Linearised] | None = None
     one_kind = np.zeros(len(windows), np.int64)
     for factor in _STARTS:
-        known = None if best is None else best[1]
-        start = start_of(evidence, prior, factor)
+        known = None if best is None else best[1].parameters
+        start = linearised(ticks, windows, evidence, start_of(evidence, prior, factor), prior.count)
         found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
-    return None if best is None else refit(ticks, windows, evidence, prior, best[1])
+    if best is None:
+        return None
+    return _refit(ticks, windows, evidence, prior, best[1], _kinds(ticks, windows, best[1].parameters), 0.0)
 
 
 def refit(
@@ -189,8 +193,15 @@ def refit(
     """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
     kind = _kinds(ticks, windows, start if kinds_at is None else kinds_at)
+    near = linearised(ticks, windows, evidence, start, prior.count)
+    return _refit(ticks, windows, evidence, prior, near, kind, little)
+
+
+def _refit(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Linearised, kind: Int64, little: float
+) -> StribeckFit | None:
     weighed = _descend(ticks, windows, evidence, prior, start, None, kind, little)
-    return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
+    return None if weighed is None else _conclude(evidence, prior, weighed[1], kind)
 
 
 def weights_of_sliding(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
@@ -245,8 +256,17 @@ def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
     return q
 
 
-def linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> tuple[Float64, Float64]:
-    """Return residuals (m) of the motor torque, and the Jacobian (m, `count`).
+@dataclass(frozen=True, slots=True)
+class Linearised:
+    """The residuals (m) of the motor torque at some parameters (18), and the Jacobian (m, p)."""
+
+    parameters: Float64
+    residual: Float64
+    jacobian: Float64
+
+
+def linearised(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> Linearised:
+    """Return residuals and Jacobian at parameters (18), by the first `count` of them.
 
     The residuals are the measured torque less that which the parameters call for. The measured current is what carries
     the noise, so it stands alone: were it multiplied by a fitted constant, a smaller constant would shrink the noise
@@ -268,7 +288,7 @@ def linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, co
     for index in range(count - USUAL):
         jacobian[:, USUAL + index] = window_means(along[1 + FRICTION_PARAMETERS + index], WINDOW, windows) * scale
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
-    return evidence.motor - (shaft * scale + sensed), jacobian
+    return Linearised(q, evidence.motor - (shaft * scale + sensed), jacobian)
 
 
 @njit(cache=True, error_model="numpy")
@@ -313,18 +333,18 @@ def _descend(
     windows: Windows,
     evidence: Evidence,
     prior: Prior,
-    start: Float64,
+    start: Linearised,
     known: Float64 | None,
     kind: Int64,
-    little: float = 0.0,
-) -> tuple[float, Float64] | None:
-    """Return the residual mean square and the parameters where a descent ends.
+    little: float,
+) -> tuple[float, Linearised] | None:
+    """Return the residual mean square where a descent ends, and what is known there.
 
     None where it does not end, or where it comes to the end that is `known`.
     """
-    q, damping, growth, count = start, 1e-3, 2.0, prior.count
-    residual, jacobian = linearise(ticks, windows, evidence, q, count)
+    here, damping, growth, count = start, 1e-3, 2.0, prior.count
     for _ in range(_ITERATIONS):
+        q, residual, jacobian = here.parameters, here.residual, here.jacobian
         weight = _weights(residual, kind, evidence.counts)
         matrix, gradient = accumulate(jacobian, residual, weight)
         gradient += (prior.precision * (prior.mean - q))[:count]
@@ -338,10 +358,10 @@ def _descend(
             step = _padded(times(covariance, gradient))
             if not np.all(np.isfinite(step)):
                 return None
-            tried, tried_jacobian = linearise(ticks, windows, evidence, q + step, count)
-            gained = cost - _cost(tried, weight, q + step, prior.mean, prior.precision)
+            tried = linearised(ticks, windows, evidence, q + step, count)
+            gained = cost - _cost(tried.residual, weight, tried.parameters, prior.mean, prior.precision)
             if gained > 0.0:
-                q, residual, jacobian = q + step, tried, tried_jacobian
+                here = tried
                 promised = float(np.sum(step[:count] * (gradient + scaled * step[:count])))
                 as_promised = 2.0 * gained / promised - 1.0
                 damping *= max(1.0 / 3.0, 1.0 - as_promised * as_promised * as_promised)
@@ -351,13 +371,13 @@ def _descend(
         else:
             break
         error = np.sqrt(np.diag(covariance))
-        if known is not None and np.all(np.abs(q - known)[:count] < _SAME_VALLEY * error):
+        if known is not None and np.all(np.abs(here.parameters - known)[:count] < _SAME_VALLEY * error):
             return None
         if gained < little or np.all(np.abs(step[:count]) < _CONVERGED * error):
             break
     # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
     # and the mean square orders the starts in the same way.
-    return _mean_square(residual[evidence.counts]), q
+    return _mean_square(here.residual[evidence.counts]), here
 
 
 def _padded(values: Float64) -> Float64:
@@ -370,10 +390,8 @@ def _padded(values: Float64) -> Float64:
     return out
 
 
-def _conclude(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64, kind: Int64
-) -> StribeckFit | None:
-    residual, jacobian = linearise(ticks, windows, evidence, q, prior.count)
+def _conclude(evidence: Evidence, prior: Prior, found: Linearised, kind: Int64) -> StribeckFit | None:
+    q, residual, jacobian = found.parameters, found.residual, found.jacobian
     weight = _weights(residual, kind, evidence.counts)
     matrix, _ = accumulate(jacobian, residual, weight)
     held = np.diag(prior.precision[: prior.count])
@@ -388,7 +406,7 @@ def _conclude(
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
     counted = min(float(bread[COULOMB, COULOMB]) / float(spread.covariance[COULOMB, COULOMB]), 1.0)
-    return StribeckFit(q, spread, friction, residual, counted)
+    return StribeckFit(q, spread, friction, residual, jacobian, counted)
 
 
 def widened_by(
@@ -399,12 +417,11 @@ def widened_by(
     The uncertainty is taken to first order, for friction that is `local` (n) times the curve. What is not known of the
     friction of a place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
-    q = fit.parameters
-    residual, jacobian = linearise(ticks, windows, evidence, q, prior.count)
-    weight = _weights(residual, _kinds(ticks, windows, q), evidence.counts)
-    matrix, _ = accumulate(jacobian, residual, weight)
+    q, jacobian = fit.parameters, fit.jacobian
+    weight = _weights(fit.residual, _kinds(ticks, windows, q), evidence.counts)
+    matrix, _ = accumulate(jacobian, fit.residual, weight)
     matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
-    moved, _ = linearise(ticks, windows, replace(evidence, over_time=local), q, USUAL)
-    shift = _padded(times(inverse(matrix), accumulate(jacobian, moved - residual, weight)[1]))
+    moved = linearised(ticks, windows, replace(evidence, over_time=local), q, USUAL).residual
+    shift = _padded(times(inverse(matrix), accumulate(jacobian, moved - fit.residual, weight)[1]))
     known = fit.spread.known + shift[:, None] * shift[None, :]
     return replace(fit, spread=replace(fit.spread, known=known))

@@ -32,63 +32,77 @@ class SampleHold:
         the columns `COMMAND_AGE` and `COMMAND_FRAME_AGE`.
         """
         self._source = source
-        self._held = {role: _Held(source, role) for role, source in slow.items()}
-        self._commands = commands
+        self._roles = slow
+        self._held = {
+            name: _Held([role for role in slow if slow[role] == name], commands) for name in set(slow.values())
+        }
+        self._commands = [role for role in slow if role in commands]
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
         """Take new samples; return those that are complete, if any."""
         arrived = list(blocks)
-        for held in self._held.values():
-            held.push(arrived)
+        for block in arrived:
+            if block.source in self._held and len(block):
+                self._held[block.source].push(block)
         samples = self._source.push(arrived)
         if samples is None:
             return None
-        columns, ages = dict(samples.columns), []
-        for role, held in self._held.items():
-            values, since_ns, seen_ns = held.at(samples.stamp_ns)
-            columns.setdefault(role, values)
-            if role in self._commands:
-                ages.append((since_ns, seen_ns))
-        if ages:
-            newest = np.fmin.reduce(ages)
+        columns = dict(samples.columns)
+        values: dict[str, Float64] = {}
+        ages: dict[str, tuple[Float64, Float64]] = {}
+        for held in self._held.values():
+            held.fill(samples.stamp_ns, values, ages)
+        for role in self._roles:
+            columns.setdefault(role, values[role])
+        if self._commands:
+            newest = np.fmin.reduce([ages[role] for role in self._commands])
             columns |= {name: 1e-9 * age for name, age in zip((COMMAND_AGE, COMMAND_FRAME_AGE), newest, strict=True)}
         return SampleBlock(samples.source, samples.time_ns, samples.stamp_ns, columns, samples.lost_before)
 
 
 class _Held:
-    """The last value of a slow signal at or before a stamp."""
+    """The last values of a source's slow signals at or before a stamp."""
 
-    def __init__(self, source: str, role: str) -> None:
-        self._source = source
-        self._role = role
+    def __init__(self, roles: list[str], commands: Collection[str]) -> None:
         self._stamps: Int64 = np.empty(0, np.int64)
-        self._values: Float64 = np.empty(0)
-        self._since: Int64 = np.empty(0, np.int64)  # the stamp of the first value of those that are the same
+        self._values: dict[str, Float64] = {role: np.empty(0) for role in roles}
+        # the stamp of the first value of those that are the same
+        self._since: dict[str, Int64] = {role: np.empty(0, np.int64) for role in roles if role in commands}
 
-    def push(self, blocks: Iterable[SampleBlock]) -> None:
-        for block in blocks:
-            if block.source == self._source and len(block):
-                values = block.columns[self._role]
-                is_new = np.append(not len(self._values) or values[0] != self._values[-1], values[1:] != values[:-1])
-                last = self._since[-1] if len(self._since) else 0
-                since = np.maximum.accumulate(np.where(is_new, block.stamp_ns, last))
-                self._stamps = np.concatenate([self._stamps, block.stamp_ns])
-                self._values = np.concatenate([self._values, values])
-                self._since = np.concatenate([self._since, since])
+    def push(self, block: SampleBlock) -> None:
+        for role, before in self._since.items():
+            values, held = block.columns[role], self._values[role]
+            is_new = np.empty(len(values), np.bool_)
+            is_new[0] = not len(held) or values[0] != held[-1]
+            np.not_equal(values[1:], values[:-1], out=is_new[1:])
+            since = np.maximum.accumulate(np.where(is_new, block.stamp_ns, before[-1] if len(before) else 0))
+            self._since[role] = np.concatenate([before, since])
+        for role, held in self._values.items():
+            self._values[role] = np.concatenate([held, block.columns[role]])
+        self._stamps = np.concatenate([self._stamps, block.stamp_ns])
 
-    def at(self, stamp_ns: Int64) -> tuple[Float64, Float64, Float64]:
-        """Return what is held at stamps (n), and for how long it has been so.
+    def fill(self, stamp_ns: Int64, values: dict[str, Float64], ages: dict[str, tuple[Float64, Float64]]) -> None:
+        """Fill in what each role holds at stamps (n), and the ages of commands.
 
-        The second result is for how many ns it has been the same, the third how many ns ago it was seen.
+        The first age is for how many ns a command has been the same, the second how many ns ago it was seen.
 
         NaN before the first value.
         """
         index = np.searchsorted(self._stamps, stamp_ns, side="right") - 1
-        values, since_ns, seen_ns = (np.full(len(stamp_ns), np.nan) for _ in range(3))
         known = index >= 0
-        values[known] = self._values[index[known]]
-        since_ns[known] = stamp_ns[known] - self._since[index[known]]
-        seen_ns[known] = stamp_ns[known] - self._stamps[index[known]]
-        keep = max(int(index.min()), 0) if len(index) else 0
-        self._stamps, self._values, self._since = self._stamps[keep:], self._values[keep:], self._since[keep:]
-        return values, since_ns, seen_ns
+        index = index[known]
+        for role, held in self._values.items():
+            values[role] = np.full(len(stamp_ns), np.nan)
+            values[role][known] = held[index]
+        if self._since:
+            seen_ns = np.full(len(stamp_ns), np.nan)
+            seen_ns[known] = stamp_ns[known] - self._stamps[index]
+        for role, since in self._since.items():
+            since_ns = np.full(len(stamp_ns), np.nan)
+            since_ns[known] = stamp_ns[known] - since[index]
+            ages[role] = since_ns, seen_ns
+        keep = int(index.min()) if len(index) == len(stamp_ns) and len(index) else 0
+        if keep:
+            self._stamps = self._stamps[keep:]
+            self._values = {role: held[keep:] for role, held in self._values.items()}
+            self._since = {role: since[keep:] for role, since in self._since.items()}
