@@ -13,7 +13,7 @@ import numpy as np
 
 from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
-from etb_hil.diagnosis.drift import Drift, unsure_by_time, without_drift
+from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
 from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -100,11 +100,12 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     fit = fit_stribeck(ticks, windows, evidence, prior)
     if fit is None:
         return Assessment(ticks, windows, evidence, (), balance, None)
-    evidence, fit, drift = without_drift(ticks, windows, evidence, prior, fit)
+    evidence, fit, drift, left = without_drift(ticks, windows, evidence, prior, fit)
     laws = []
     for law in laws_of(ticks, windows, evidence, prior, fit):
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, law.fit)
-        laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift)))
+        own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
+        laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
     return Assessment(ticks, windows, evidence, laws, balance, drift)
 
 

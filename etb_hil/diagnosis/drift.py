@@ -72,23 +72,24 @@ class Drift:
 
 def without_drift(
     ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit
-) -> tuple[Evidence, StribeckFit, Drift | None]:
+) -> tuple[Evidence, StribeckFit, Drift | None, Drift | None]:
     """Return the evidence and the fit without bumps and without drift, and the drift.
 
     Where friction drifts beyond doubt, they are those for the middle of the run. What drifts by so little that it may
-    be the motor's torque leaves the fit as it is: `unsure_by_time` has it.
+    be the motor's torque leaves the fit as it is: `unsure_by_time` has it. Last comes the drift that is left in the
+    fit.
     """
     evidence, fit = without_bumps(ticks, windows, known, prior, fit)
-    more = _drift(ticks, windows, evidence, fit)
+    more = drift_of(ticks, windows, evidence, fit)
     if more is not None and abs(more.whole) < _OF_THE_MOTOR:
-        return evidence, fit, None
+        return evidence, fit, None, more
     found: Drift | None = None
     for _ in range(_TURNS):
         if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
             break
         tried = more if found is None else replace(more, rate=found.rate + more.rate)
         if max(tried.below, tried.above) > _MOST:
-            return evidence, fit, replace(tried, is_bent=True)
+            return evidence, fit, replace(tried, is_bent=True), more
         along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
         drifting = replace(known, over_time=along)
         better = refit(ticks, windows, drifting, prior, fit.parameters)
@@ -96,27 +97,32 @@ def without_drift(
             break
         found = tried
         evidence, fit = without_bumps(ticks, windows, drifting, prior, better)
-        more = _drift(ticks, windows, evidence, fit)
+        more = drift_of(ticks, windows, evidence, fit)
     if found is None:
-        return evidence, fit, None
+        return evidence, fit, None, more
     if more is not None:
         found = replace(found, error=more.error, is_bent=_is_bent(ticks, windows, evidence, fit))
-    return evidence, fit, found
+    return evidence, fit, found, more
 
 
 def unsure_by_time(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, drift: Drift | None
+    ticks: Ticks,
+    windows: Windows,
+    evidence: Evidence,
+    prior: Prior,
+    fit: StribeckFit,
+    drift: Drift | None,
+    left: Drift | None,
 ) -> StribeckFit:
     """Return a fit as unsure as a drift makes it.
 
-    That is a drift that was taken off, or one so small that it may be the motor's torque.
+    That is the `drift` that was taken off, or one `left` in the fit that is so small that it may be the motor's torque.
     """
     if drift is not None:
         along = 1.0 + drift.error * (_elapsed(ticks) - drift.middle) / evidence.over_time
+    elif left is None or abs(left.rate) <= _SURE * left.error or abs(left.whole) >= _OF_THE_MOTOR:
+        return fit
     else:
-        left = _drift(ticks, windows, evidence, fit)
-        if left is None or abs(left.rate) <= _SURE * left.error or abs(left.whole) >= _OF_THE_MOTOR:
-            return fit
         along = 1.0 + left.rate * (_elapsed(ticks) - left.middle)
     return widened_by(ticks, windows, evidence, prior, fit, evidence.over_time * along)
 
@@ -169,7 +175,7 @@ def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) 
     return _Slow(share, others, excess_of(evidence, fit)[shown], evidence.cluster[shown], first, last)
 
 
-def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
+def drift_of(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
     """Return how the friction residual of a fit changes with time, by a line.
 
     None where the run does not tell.
