@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.canio.dbc.codec import MessageCodec
 from etb_hil.canio.dbc.commands import CommandEncoder
-from etb_hil.canio.dbc.protection import alive_counter, write_protection
+from etb_hil.canio.dbc.protection import alive_counter, protect_at
 from etb_hil.canio.dbc.signal_bits import Overflow
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 
@@ -145,7 +145,7 @@ class Rewriting:
         counters = [int(alive_counter(data[row], profile)) for row in rows] if profile else [0] * len(rows)
         data[rows, : message.length] = codec.encode(values, Overflow.WRAP)
         for row, counter in zip(rows, counters, strict=True):
-            write_protection(data[row], message.length, profile, ids, counter)
+            protect_at(data[row], 0, message.length, profile, ids, counter)
 
 
 class Babbler:

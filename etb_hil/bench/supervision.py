@@ -122,7 +122,7 @@ class Supervisor:
         """
         reported = 0
         for block in blocks:
-            if not len(block):
+            if not len(block.stamp_ns):
                 continue
             if (trip := self._look_at(block)) is not None:
                 return trip
@@ -201,8 +201,8 @@ class Supervisor:
                 seen, least, most = (math.degrees(value) for value in (worst, low, high))
                 return Trip("angle_limit", f"plate at {seen:.2f} deg, outside {least:.2f} to {most:.2f} deg")
         if "motor_angle" in columns:
-            newest, peak = (speed / self._gear_ratio for speed in self._speed.push(block))
-            self.velocity = newest
+            newest, peak = self._speed.push(block)
+            self.velocity, peak = newest / self._gear_ratio, peak / self._gear_ratio
             if abs(peak) > limits.velocity:
                 seen, most = math.degrees(peak), math.degrees(limits.velocity)
                 return Trip("velocity_limit", f"plate at {seen:.0f} deg/s, above the limit of {most:.4g} deg/s")

@@ -93,7 +93,7 @@ def frame_bits(block: FrameBlock) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     """
     nominal = np.empty(len(block), np.int64)
     data = np.empty(len(block), np.int64)
-    _frame_bits(block.ident, block.flags, block.length, block.data, nominal, data)
+    _frame_bits(block.ident, block.flags, block.length, np.ascontiguousarray(block.data), nominal, data)
     return nominal, data
 
 
@@ -128,21 +128,26 @@ def _frame_bits(
     nominal: NDArray[np.int64],
     data_rate: NDArray[np.int64],
 ) -> None:
+    count, width = data.shape
+    flat = data.reshape(count * width)
     for row in range(len(ident)):
-        nominal[row], data_rate[row] = one_frame_bits(ident[row], flags[row], length[row], data[row])
+        nominal[row], data_rate[row] = one_frame_bits(ident[row], flags[row], length[row], flat, row * width, width)
 
 
 @njit(cache=True, error_model="numpy")
 def one_frame_bits(
-    ident: np.uint32, flags: np.uint8, length: np.uint8, data: NDArray[np.uint8]
+    ident: np.uint32, flags: np.uint8, length: np.uint8, data: NDArray[np.uint8], start: int, width: int
 ) -> tuple[np.int64, np.int64]:
-    """Return what `frame_bits` returns of one frame, for other kernels."""
+    """Return what `frame_bits` returns of one frame, for other kernels.
+
+    `data` is flat, and holds the payload of `width` bytes from `start` on: a view of one row costs more than its bits.
+    """
     flag, size = np.int64(flags), np.int64(length)
     if flag & _ERROR:
         return np.int64(ERROR_FRAME_BITS), np.int64(0)
     if flag & _FD:
-        return _fd_bits(np.int64(ident), flag, size, data)
-    return _classic_bits(np.int64(ident), flag, size, data), np.int64(0)
+        return _fd_bits(np.int64(ident), flag, size, data, start, width)
+    return _classic_bits(np.int64(ident), flag, size, data, start), np.int64(0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -154,7 +159,7 @@ def _arbitration(ident: np.int64, extended: bool, remote: np.int64) -> tuple[np.
 
 
 @njit(cache=True, error_model="numpy")
-def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np.uint8]) -> np.int64:
+def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np.uint8], start: int) -> np.int64:
     remote = np.int64(1 if flag & _REMOTE else 0)
     extended = (flag & _EXTENDED) != 0
     word, count = _arbitration(ident, extended, remote)
@@ -169,7 +174,7 @@ def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArr
         crc = (crc << 1 & 0x7FFF) ^ np.int64(_CRC15 if crc >> 14 != bit else 0)
     payload = np.int64(0) if remote else min(length, np.int64(8))
     for column in range(payload):
-        byte = data[column]
+        byte = data[start + column]
         stuffed += np.int64(_STUFFED[state, byte])
         state = np.int64(_FOLLOW[state, byte])
         crc = (crc << 8 & 0x7FFF) ^ np.int64(_CRC15_TABLE[(crc >> 7 ^ byte) & 0xFF])
@@ -183,7 +188,9 @@ def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArr
 
 
 @njit(cache=True, error_model="numpy")
-def _fd_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np.uint8]) -> tuple[np.int64, np.int64]:
+def _fd_bits(
+    ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np.uint8], start: int, width: int
+) -> tuple[np.int64, np.int64]:
     switch = np.int64(1 if flag & _BRS else 0)
     word, count = _arbitration(ident, (flag & _EXTENDED) != 0, np.int64(0))
     word = word << 3 | 4 | switch  # FDF recessive, res dominant, BRS
@@ -202,7 +209,7 @@ def _fd_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np
         stuffed += np.int64(_STUFFED_BIT[state, bit])
         state = np.int64(_FOLLOW_BIT[state, bit])
     for column in range(payload):
-        byte = data[column] if column < len(data) else np.uint8(0)
+        byte = data[start + column] if column < width else np.uint8(0)
         stuffed += np.int64(_STUFFED[state, byte])
         state = np.int64(_FOLLOW[state, byte])
     crc = 4 + 21 + 7 if payload > _LONG_FD else 4 + 17 + 6  # stuff count, CRC, their fixed stuff bits

@@ -105,17 +105,21 @@ def clear_behind(data: NDArray[np.uint8], length: NDArray[np.integer[Any]]) -> N
 
 def concatenate_frames(blocks: Iterable[FrameBlock]) -> FrameBlock:
     """Join blocks end to end; the result is as wide as its widest part."""
-    parts = [block for block in blocks if len(block)]
+    parts = [block for block in blocks if len(block.stamp_ns)]
     if not parts:
         return FrameBlock.empty()
     if len(parts) == 1:
         return parts[0]
-    width = max(block.data.shape[1] for block in parts)
-    data = np.zeros((sum(map(len, parts)), width), np.uint8)
-    row = 0
-    for block in parts:
-        data[row : row + len(block), : block.data.shape[1]] = block.data
-        row += len(block)
+    payloads = [block.data for block in parts]
+    width = max(payload.shape[1] for payload in payloads)
+    if all(payload.shape[1] == width for payload in payloads):
+        data = np.concatenate(payloads)
+    else:
+        data = np.zeros((sum(map(len, payloads)), width), np.uint8)
+        row = 0
+        for payload in payloads:
+            data[row : row + len(payload), : payload.shape[1]] = payload
+            row += len(payload)
     return FrameBlock(
         np.concatenate([b.stamp_ns for b in parts]),
         np.concatenate([b.ident for b in parts]),

@@ -128,8 +128,9 @@ class FrameReader:
         """Forget the first events, which have taken effect."""
         if used:
             left = self._waiting - used
-            self._stamps[:left] = self._stamps[used : self._waiting]
-            self._events[:left] = self._events[used : self._waiting]
+            if left:
+                self._stamps[:left] = self._stamps[used : self._waiting]
+                self._events[:left] = self._events[used : self._waiting]
             self._waiting = left
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.dbc.protection import write_protection
-from etb_hil.canio.dbc.signal_bits import Overflow, write_value
+from etb_hil.canio.dbc.protection import protect_at
+from etb_hil.canio.dbc.signal_bits import PLACE, Overflow, write_at
 from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames, concatenate_frames
 from etb_hil.controller.signal_tables import signal_tables
 from etb_hil.controller.state import BURST_SAMPLES, CURRENT_SIGNALS, ENCODER_SIGNALS, TICK_NS, Sample, Status
@@ -129,6 +129,8 @@ class FrameWriter:
 
         They are as wide also where there are none.
         """
+        if len(blocks) == 1:
+            return blocks[0]
         return concatenate_frames(blocks) if any(map(len, blocks)) else self._nothing
 
 
@@ -216,35 +218,39 @@ def _write(
     data: Bytes,
 ) -> int:
     """Write the frames of samples and statuses in the order of time; return how many."""
+    most, width = data.shape
+    flat, table, ids = data.reshape(most * width), places.reshape(places.size), data_ids.reshape(data_ids.size)
     count = sampled = stated = 0
     while sampled < len(samples) or stated < len(statuses):
         is_sample = sampled < len(samples) and (
             stated == len(statuses) or samples[sampled].last_tick <= statuses[stated].tick
         )
         if is_sample:
-            _sample_values(samples[sampled], tick_ns, values)
-            tick, signals = samples[sampled].last_tick, samples[sampled].signals
-            kind = _BURST if samples[sampled].burst else _SINGLE
+            sample = samples[sampled]
+            _sample_values(sample, tick_ns, values)
+            tick, signals, kind = sample.last_tick, sample.signals, _BURST if sample.burst else _SINGLE
             sampled += 1
         else:
             _status_values(statuses[stated], values)
             tick, signals, kind = statuses[stated].tick, 0, _STATUS
             stated += 1
         for index in range(len(messages)):
-            message = messages[index]
-            if message[_KIND] != kind or (kind != _STATUS and not message[_SIGNALS] & signals):
+            if messages[index, _KIND] != kind or (kind != _STATUS and not messages[index, _SIGNALS] & signals):
                 continue
-            if message[_TURN_BITS]:
+            if messages[index, _TURN_BITS]:
                 raw = np.rint((values[_ANGLE] - turn_scale[index, 1]) / turn_scale[index, 0])
-                values[_TURNS] = np.floor(raw / 2.0 ** message[_TURN_BITS])
-            payload = data[count]
-            for entry in range(message[_FIRST], message[_END]):
-                scale, offset = factors[entry]
-                write_value(payload, places[entry], scale, offset, values[source[entry]], overflow[entry])
-            write_protection(payload, message[_LENGTH], message[_PROFILE], data_ids[index], counters[index] & 0xFF)
+                values[_TURNS] = np.floor(raw / (1 << messages[index, _TURN_BITS]))
+            start = count * width
+            for entry in range(messages[index, _FIRST], messages[index, _END]):
+                value = values[source[entry]]
+                write_at(
+                    flat, start, table, entry * PLACE, factors[entry, 0], factors[entry, 1], value, overflow[entry]
+                )
+            size, profile = messages[index, _LENGTH], messages[index, _PROFILE]
+            protect_at(flat, start, size, profile, ids[16 * index : 16 * index + 16], counters[index] & 0xFF)
             counters[index] += 1
             stamp_ns[count] = start_ns + tick * TICK_NS
-            ident[count], flags[count], length[count] = message[_IDENT], message[_FLAGS], message[_LENGTH]
+            ident[count], flags[count], length[count] = messages[index, _IDENT], messages[index, _FLAGS], size
             count += 1
     return count
 

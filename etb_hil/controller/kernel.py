@@ -47,9 +47,9 @@ DECAYED = 1e-3  # A
 @njit(cache=True, error_model="numpy")
 def run_ticks(
     end_tick: int,
-    s: State,
-    settings: Settings,
-    sheet: DataSheet,
+    state: NDArray[np.void],
+    fixed: NDArray[np.void],
+    sheets: NDArray[np.void],
     plant: Vector,
     laws: NDArray[np.float64],
     unit: Vector,
@@ -65,11 +65,13 @@ def run_ticks(
 
     Return how many events were used, and how many samples, statuses and switches were written.
 
-    `s`, `settings`, `sheet` are records (`state.record`); `plant` is the integrator's state; `unit`, `nominal` are
-    parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin;
-    `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the next three are written to and
-    have room for one sample a tick, a status and a control tick; `burst` is room for a frame that is under way.
+    `state`, `fixed` and `sheets` hold one `State`, `Settings` and `DataSheet` each (`state.record`; a call from Python
+    takes an array in a tenth of the time that an element of it takes); `plant` is the integrator's state; `unit`,
+    `nominal` are parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a
+    kelvin; `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the next three are written to
+    and have room for one sample a tick, a status and a control tick; `burst` is room for a frame that is under way.
     """
+    s, settings, sheet = state[0], fixed[0], sheets[0]
     used = sampled = stated = switched = 0
     while s.tick < end_tick:
         if s.tick % CONTROL_TICKS == 0:

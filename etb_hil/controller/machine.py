@@ -48,7 +48,7 @@ _NO_EVENTS_NS = np.empty(0, np.int64)
 _NO_EVENTS = np.empty((0, EVENT_WIDTH))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)  # not frozen: a bench in lock-step makes one a beat, and freezing trebles what it costs
 class Output:
     """What came out of one segment, valid until the next.
 
@@ -120,14 +120,14 @@ class Machine:
             record(Status, _SLICE_TICKS // STATUS_TICKS + 1),
             record(Switch, _SLICE_TICKS // CONTROL_TICKS + 1),
         )
-        self._records = self._state[0], self._settings[0], self._sheet[0]  # views
         self._burst = np.zeros((3, BURST_SAMPLES))
         self._start_ns = start_ns
+        self._tick: NDArray[np.int64] = self._state["tick"]  # a view
 
     @property
     def tick(self) -> int:
         """The next tick of 50 us, counted from power-on."""
-        return int(self._state["tick"][0])
+        return int(self._tick[0])
 
     @property
     def start_ns(self) -> int:
@@ -197,7 +197,7 @@ class Machine:
 
         No sensor sets such a code by itself.
         """
-        monitors.judge(self._records[0], code, fails)
+        monitors.judge(self._state[0], code, fails)
 
     def forget_codes(self, codes: int) -> None:
         """Clear trouble codes (bits): what still fails is set again by its next test."""
@@ -223,14 +223,14 @@ class Machine:
         end = -((self._start_ns - until_ns) // TICK_NS)
         used = 0
         outputs: list[Output] = []
-        while (tick := int(self._records[0]["tick"])) < end:
+        samples, statuses, switches = self._records_out
+        while (tick := self.tick) < end:
             slice_end = min(end, tick + _SLICE_TICKS)
             taken, sampled, stated, switched = run_ticks(
-                slice_end, *self._records, self._plant, self._laws, self._unit, self._nominal,
-                event_ns[used:], event[used:], *self._records_out, self._burst,
+                slice_end, self._state, self._settings, self._sheet, self._plant, self._laws, self._unit, self._nominal,
+                event_ns[used:], event[used:], samples, statuses, switches, self._burst,
             )  # fmt: skip
             used += taken
-            samples, statuses, switches = self._records_out
             parts = samples[:sampled], statuses[:stated], switches[:switched]
             is_whole = slice_end == end and not outputs
             outputs.append(Output(*parts) if is_whole else Output(*(part.copy() for part in parts)))

@@ -1,6 +1,6 @@
 """Where the roles' values go in a message's payload.
 
-These are tables for `read_value` and `write_value`.
+These are tables for `read_value` and `write_at`.
 """
 
 from __future__ import annotations

@@ -126,12 +126,12 @@ class Analysis:
         which command a sample came after, only the order of arrival within a segment does.
         """
         blocks: list[SampleBlock] = []
-        while len(frames):
-            part, rest, newest_ns = frames, None, int(frames.stamp_ns.max())
+        while len(frames.stamp_ns):
+            part, rest, newest_ns = frames, None, int(np.maximum.reduce(frames.stamp_ns))
             if newest_ns >= self._judged_ns + JUDGE_NS:
                 ends = int(np.argmax(frames.stamp_ns >= self._judged_ns + JUDGE_NS)) + 1
                 part, rest = frames.select(slice(0, ends)), frames.select(slice(ends, None))
-                newest_ns = int(part.stamp_ns.max())
+                newest_ns = int(np.maximum.reduce(part.stamp_ns))
             self._newest_ns = max(self._newest_ns, newest_ns)
             found = self.decoder.push(part)
             if self._bus_time is not None:

@@ -16,8 +16,8 @@ from etb_hil.canio.dbc.protection import (
     crc_profile_2,
     crc_profile_5,
     protect,
+    protect_at,
     verify,
-    write_protection,
 )
 
 PROFILE_2 = Protection(Profile.PROFILE_2, tuple(range(1, 17)))
@@ -110,7 +110,7 @@ def test_one_payload_is_protected_read_and_checked_as_a_row_of_many(protection, 
     row = column(payload)
     protect(row, 12, protection, counter)
     one, profile, ids = np.frombuffer(payload, np.uint8).copy(), int(protection.profile), protection.id_table()
-    write_protection(one, 12, profile, ids, counter)
+    protect_at(one, 0, 12, profile, ids, counter)
     assert one.tobytes() == row[0].tobytes()
     assert alive_counter(one, profile) == counter % protection.modulus
     assert crc_is_right(one, 12, profile, ids)

@@ -43,6 +43,7 @@ FREE, SENDER, START, END, DESTROYED, LOGGED, NOMINAL, DATA, FD, LOOKAHEAD, BUS =
 
 MAX_PORTS = 62  # a bit each in SEEN_BY
 NEVER = np.iinfo(np.int64).max
+NO_ROOM = -2  # what `enqueue` returns where a queue is too short
 
 # Of ISO 11898-1: suspended transmission, error frame, and recovery from bus-off.
 _SUSPEND_BITS = 8
@@ -81,14 +82,17 @@ def enqueue(
 ) -> int:
     """Append frames to a port's queue.
 
-    Return -1, or the row that is out of order or that this bus cannot carry.
+    Return -1, or the row that is out of order or that this bus cannot carry, or `NO_ROOM`.
 
     Stamps rise and lie between `first_ns` and `last_ns`; with `at_once` all is handed over at `last_ns` instead. No
     frame wins over what its port was said to send.
     """
     mask = queue.shape[1] - 1
-    width = min(data.shape[1], payload.shape[2])
+    wide, room = data.shape[1], payload.shape[2]
+    width, flat = min(wide, room), data.reshape(data.size)
     tail = ports[port, TAIL]
+    if tail - ports[port, HEAD] + len(stamp_ns) > queue.shape[1]:
+        return NO_ROOM
     for row in range(len(stamp_ns)):
         flag = int(flags[row])
         when = last_ns if at_once else stamp_ns[row]
@@ -101,15 +105,17 @@ def enqueue(
             return row
         first_ns = when
         slot = (tail + row) & mask
-        target = queue[port, slot]
-        target[STAMP], target[KEY], target[TOLD] = when, key, 0
-        nominal, fast = one_frame_bits(ident[row], flags[row], length[row], data[row])
-        target[SPAN] = time_ns(int(nominal) - INTERMISSION_BITS, bus[NOMINAL]) + time_ns(int(fast), bus[DATA])
-        target[IDENT] = ident[row]
-        target[FLAGS] = flag & ~_SENT
-        target[LENGTH] = length[row]
-        payload[port, slot, :width] = data[row, :width]
-        payload[port, slot, width:] = 0
+        queue[port, slot, STAMP], queue[port, slot, KEY], queue[port, slot, TOLD] = when, key, 0
+        nominal, fast = one_frame_bits(ident[row], flags[row], length[row], flat, row * wide, wide)
+        span = time_ns(int(nominal) - INTERMISSION_BITS, bus[NOMINAL]) + time_ns(int(fast), bus[DATA])
+        queue[port, slot, SPAN] = span
+        queue[port, slot, IDENT] = ident[row]
+        queue[port, slot, FLAGS] = flag & ~_SENT
+        queue[port, slot, LENGTH] = length[row]
+        for column in range(width):
+            payload[port, slot, column] = data[row, column]
+        for column in range(width, room):
+            payload[port, slot, column] = 0
     ports[port, TAIL] += len(stamp_ns)
     return -1
 
@@ -261,8 +267,10 @@ def _recover(ports: Ints, port: int, when_ns: int) -> None:
 def append(log: Ints, log_payload: Bytes, ports: Ints, bus: Ints, row: Ints, data: Bytes) -> None:
     """Write one row into the log and tell the ports that see it."""
     slot = bus[LOGGED] & (len(log) - 1)
-    log[slot] = row
-    log_payload[slot] = data
+    for column in range(ROW):
+        log[slot, column] = row[column]
+    for column in range(len(data)):
+        log_payload[slot, column] = data[column]
     bus[LOGGED] += 1
     for port in range(len(ports)):
         if row[SEEN_BY] >> port & 1 and ports[port, OPEN]:
@@ -411,12 +419,13 @@ def collect(
     mask = len(log) - 1
     done = 0
     for index in range(ports[port, CURSOR], bus[LOGGED]):
-        row = log[index & mask]
-        if not row[SEEN_BY] >> port & 1:
+        row = index & mask
+        if not log[row, SEEN_BY] >> port & 1:
             continue
-        stamp_ns[done], ident[done], length[done] = row[STAMP], row[IDENT], row[LENGTH]
-        flags[done] = row[FLAGS] | (_SENT if row[SOURCE] == port else 0)
-        data[done] = log_payload[index & mask]
+        stamp_ns[done], ident[done], length[done] = log[row, STAMP], log[row, IDENT], log[row, LENGTH]
+        flags[done] = log[row, FLAGS] | (_SENT if log[row, SOURCE] == port else 0)
+        for column in range(log_payload.shape[1]):
+            data[done, column] = log_payload[row, column]
         done += 1
     ports[port, CURSOR] = bus[LOGGED]
     ports[port, WAITING] = 0

@@ -94,15 +94,16 @@ class VirtualNetwork:
         """
         with self.lock:
             wire, now = self._wire, self._now
-            undisturbed = not self.faults and not self._injection.is_needed
+            is_left = self._injection.is_needed
+            undisturbed = not self.faults and not is_left
             if self._nodes and not (undisturbed and wire.foretell(now, until_ns)):
                 until_ns = self._before_arrival(wire.horizon(now, until_ns))
             for port, node in self._nodes.items():
                 frames = node.run(until_ns, wire.collect(port))
-                if len(frames):
+                if len(frames.stamp_ns):
                     wire.enqueue(port, frames, now, until_ns, at_once=False)
             faults = self._injection.due(self.faults, until_ns) if self.faults else ()
-            if faults or self._injection.is_needed:
+            if faults or is_left:
                 self._injection.transmit(faults, until_ns)
             else:
                 wire.transmit(until_ns)

@@ -84,13 +84,15 @@ class Wire:
 
         BenchFault names one that cannot be sent.
         """
-        waiting = int(self.ports[port, arb.TAIL] - self.ports[port, arb.HEAD])
-        while waiting + len(frames) > self.queue.shape[1]:
+        data = np.ascontiguousarray(frames.data)
+        while True:
+            wrong = arb.enqueue(
+                self.queue, self.payload, self.ports, self.bus, port, frames.stamp_ns, frames.ident, frames.flags,
+                frames.length, data, first_ns, last_ns, at_once,
+            )  # fmt: skip
+            if wrong != arb.NO_ROOM:
+                break
             self.queue, self.payload = _doubled(self.queue), _doubled(self.payload)
-        wrong = arb.enqueue(
-            self.queue, self.payload, self.ports, self.bus, port, frames.stamp_ns, frames.ident, frames.flags,
-            frames.length, frames.data, first_ns, last_ns, at_once,
-        )  # fmt: skip
         if wrong >= 0:
             what = f"{frames.ident[wrong]:#x} of {frames.length[wrong]} bytes, flags {int(frames.flags[wrong]):#x}"
             raise BenchFault(

@@ -198,17 +198,6 @@ def crc_is_right(payload: NDArray[np.uint8], length: Int, profile: Int, data_ids
 
 
 @njit(cache=True, error_model="numpy")
-def write_protection(
-    payload: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], counter: Int
-) -> None:
-    """Write an alive counter and then the CRC into one payload.
-
-    Nothing where it is not protected.
-    """
-    protect_at(payload, 0, length, profile, data_ids, counter)
-
-
-@njit(cache=True, error_model="numpy")
 def protect_rows(
     data: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], first_counter: Int
 ) -> None:

@@ -68,8 +68,8 @@ class SampleStore:
         self._places = np.concatenate([*tables.places, np.zeros((0, sb.PLACE), np.int64)]).ravel()
         self._factors = np.concatenate([*tables.factors, np.zeros((0, 2))])
         self._ids = np.concatenate([*tables.ids, np.zeros(1, np.int64)])
-        self._times: list[Int64] = []
-        self._values: list[Float64] = []
+        self._times: list[tuple[Int64, ...]] = []
+        self._columns: list[list[tuple[str, Float64]]] = []
         self._renew()
 
     def add(self, frames: FrameBlock, data: Bytes, accepted: Int64) -> list[SampleBlock]:
@@ -107,9 +107,9 @@ class SampleStore:
         return blocks
 
     def _block(self, k: int, first: int, end: int) -> SampleBlock:
-        times, values = self._times[k], self._values[k]
-        columns = dict(zip(self._roles[k], values[:, first:end], strict=True))
-        return SampleBlock(self._names[k], times[0, first:end], times[1, first:end], columns, times[2, first:end])
+        part, (time_ns, stamp_ns, lost_before) = slice(first, end), self._times[k]
+        columns = {role: values[part] for role, values in self._columns[k]}
+        return SampleBlock(self._names[k], time_ns[part], stamp_ns[part], columns, lost_before[part])
 
     def _renew(self) -> None:
         """Begin new columns with room for the samples that came last.
@@ -132,10 +132,10 @@ class SampleStore:
         cut = zip(
             np.split(self._all_times, times[:-1]), np.split(self._all_values, values[:-1]), capacities, strict=True
         )
-        self._times, self._values = [], []
-        for part, numbers, capacity in cut:
-            self._times.append(part.reshape(3, capacity))
-            self._values.append(numbers.reshape(-1, capacity))
+        self._times, self._columns = [], []
+        for roles_of, (part, numbers, capacity) in zip(self._roles, cut, strict=True):
+            self._times.append(tuple(part.reshape(3, capacity)))
+            self._columns.append(list(zip(roles_of, numbers.reshape(-1, capacity), strict=True)))
         self._used = self._from = [0] * len(self._names)
 
 

@@ -180,7 +180,7 @@ def _put(data: Bytes, start: Int, places: Int64, at: Int, bits: np.uint64) -> No
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _integer_bits(raw: float, length: int, signed: int, overflow: int) -> tuple[np.uint64, bool]:
     """Return an integral value as the bits of a signal, and whether they hold it."""
-    span = 2.0**length
+    span = 2.0 * float(np.uint64(1) << np.uint64(length - 1))
     low = -0.5 * span if signed else 0.0
     high = low + span
     if overflow == _WRAP:
@@ -197,9 +197,13 @@ def _integer_bits(raw: float, length: int, signed: int, overflow: int) -> tuple[
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _write_at(
+def write_at(
     data: Bytes, start: Int, places: Int64, at: Int, scale: float, offset: float, value: float, overflow: int
 ) -> bool:
+    """Write a signal's value into bits of a payload that are zero.
+
+    False where they cannot hold it and stay zero.
+    """
     raw = (value - offset) / scale
     kind = places[at + KIND]
     if kind == FLOAT64:
@@ -214,15 +218,6 @@ def _write_at(
             return False
     _put(data, start, places, at, bits)
     return True
-
-
-@njit(cache=True, error_model="numpy")
-def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value: float, overflow: int) -> bool:
-    """Write a signal's value into bits of one payload that are zero.
-
-    False where they cannot hold it and stay zero.
-    """
-    return _write_at(payload, 0, place, 0, scale, offset, value, overflow)
 
 
 @njit(cache=True, error_model="numpy")
@@ -250,6 +245,6 @@ def encode_rows(
             start = n * width
             if multiplexed and not _is_active(flat, start, table, at, ids):
                 continue
-            if not _write_at(flat, start, table, at, scale, offset, values[index, n], overflow[index]):
+            if not write_at(flat, start, table, at, scale, offset, values[index, n], overflow[index]):
                 return index, n
     return -1, -1

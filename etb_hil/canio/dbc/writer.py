@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     Float64 = NDArray[np.float64]
     _Constants = tuple[NDArray[np.uint32], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]
 
-_NUMBER = (float, int)
+_NUMBERS = {float, int}
 _SMALL = 64  # blocks of up to so many frames come again and again
 
 SAMPLE_COUNTER = "sample_counter"
@@ -138,8 +138,8 @@ class _Plan:
 
         InputError for a value that is refused.
         """
-        if len(data) == 1 and self._plain and all(isinstance(value, _NUMBER) for value in values.values()):
-            matrix = np.array([values[part.key] for part in self._parts], np.float64).reshape(-1, 1)
+        if len(data) == 1 and self._plain and _NUMBERS.issuperset(map(type, values.values())):
+            matrix = np.array([[value] for value in values.values()], np.float64)  # in the order of the parts
         else:
             matrix = np.empty((self._size, len(data)))
             for part in self._parts:

@@ -77,9 +77,9 @@ class BlfLog:
         """
         if not len(frames):
             return
-        if int(frames.stamp_ns.min()) < self.start_ns:
+        if (oldest_ns := int(np.minimum.reduce(frames.stamp_ns))) < self.start_ns:
             raise BenchFault(
-                f"{self._path}: a frame of {int(frames.stamp_ns.min())} ns is older than the log, which starts at "
+                f"{self._path}: a frame of {oldest_ns} ns is older than the log, which starts at "
                 f"{self.start_ns} ns; hand the log a time on the clock of the bus"
             )
         self._waiting.append(frames)
