@@ -176,7 +176,7 @@ def spring_or_friction(results: RunResult) -> str:
     stiction, margin = (results.measurements.value(name) for name in ("T_st", "return_margin"))
     preload = ""
     if stiction is not None and margin is not None:
-        preload = f" The weaker spring's preload came out as {shown.quantity(margin + stiction, 'N·m')}."
+        preload = f" The preload of the weaker return spring is {shown.quantity(margin + stiction, 'N·m')}."
     if high:
         cause = "it is friction, which is above its limit."
     elif good:

@@ -24,6 +24,7 @@ REPEAT, QUIT = "r", "q"
 LONGEST = 80
 # what the exit code of a queue is, where it holds several: the first of these
 _UNJUDGED = (ExitCode.BENCH_FAULT, ExitCode.ABORTED)
+_ENDED_BY = {"stopped_by_operator": "stopped", "time_out": "timed out"}  # of runs without a verdict, by reason id
 RANKS = (ExitCode.BENCH_FAULT, ExitCode.UNIT_FAILED, ExitCode.INCONCLUSIVE, ExitCode.ABORTED, ExitCode.DONE)
 
 
@@ -42,9 +43,9 @@ class Tally:
 
     def add(self, serial: str, results: RunResult, code: ExitCode) -> None:
         """Count a run."""
-        outcome = results.bench.outcome
+        outcome, reason = results.bench.outcome, results.bench.reason_id
         judged = str(results.unit.verdict) if outcome == BenchOutcome.OK else ""
-        word = judged or {BenchOutcome.FAULT: "bench fault"}.get(outcome, "aborted")
+        word = judged or ("bench fault" if outcome == BenchOutcome.FAULT else _ENDED_BY.get(reason, "aborted"))
         self.runs.setdefault(serial, []).append((word, code))
 
     def counting(self, serial: str) -> tuple[str, ExitCode]:

@@ -117,7 +117,7 @@ def svg_of(chart: Chart, name: str) -> str:
 
 
 def drawings_of(chart: Chart, name: str) -> str:
-    """Return a chart for wide screens and, where it is too wide for a phone, once more.
+    """Return a chart for wide screens, and one for phones if it is too wide.
 
     The style of the page shows one of both, so that texts have a legible size on each.
     """

@@ -12,6 +12,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import ExitCode
+from etb_hil.results import shown
 from etb_hil.results.json_file import result_as_dict
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import Float64, Int64
     from etb_hil.results.run_result import RunResult
     from etb_hil.session.finished import Finished
+
+_COMPARED = {"value": "", "limit_low": ", lower limit", "limit_high": ", upper limit", "verdict": ", verdict"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,18 +160,28 @@ def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
         ("verdict", before.unit.verdict, now.unit.verdict),
         ("reason", before.unit.reason_id, now.unit.reason_id),
     ]
-    for name in dict.fromkeys((*before.measurements, *now.measurements)):
-        old, new = before.measurements.get(name), now.measurements.get(name)
-        rows += [
-            (f"{name} {key}".removesuffix(" value"), getattr(old, key, None), getattr(new, key, None))
-            for key in ("value", "limit_low", "limit_high", "verdict")
-        ]
+    for id_ in dict.fromkeys((*before.measurements, *now.measurements)):
+        old, new = before.measurements.get(id_), now.measurements.get(id_)
+        unit, name = next((one.unit, one.name) for one in (new, old) if one is not None)
+        for key, called in _COMPARED.items():
+            a, b = getattr(old, key, None), getattr(new, key, None)
+            if a != b and key != "verdict":
+                a, b = _quantities(a, b, unit)
+            rows.append((f"{name}{called}", a, b))
     rows.append(("exceedances", len(before.exceedances), len(now.exceedances)))
     return [(what, _plain(a), _plain(b)) for what, a, b in rows if a != b]
 
 
+def _quantities(before: float | None, now: float | None, unit: str) -> tuple[str, str]:
+    """Return two values with their unit, with as many digits as distinguish them."""
+    texts = shown.quantity(before, unit), shown.quantity(now, unit)
+    if texts[0] != texts[1]:
+        return texts
+    return f"{before!r} {unit}".removesuffix(" 1"), f"{now!r} {unit}".removesuffix(" 1")
+
+
 def _plain(value: object) -> str:
-    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    return "-" if value is None else str(value)
 
 
 def changes_text(rows: list[tuple[str, str, str]]) -> str:

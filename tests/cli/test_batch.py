@@ -13,9 +13,10 @@ from etb_hil.results.run_result import Bench, RunResult, Unit
 CODES = {"pass": 0, "fail": 10, "inconclusive": 4, "aborted": 5, "fault": 3}
 
 
-def result(bench, verdict):
+def result(bench, verdict, reason_id=""):
     """Return what a run gives of which only the outcomes matter."""
-    return RunResult("r", Unit(None if verdict is None else UnitVerdict(verdict)), Bench(BenchOutcome(bench)))
+    unit = Unit(None if verdict is None else UnitVerdict(verdict))
+    return RunResult("r", unit, Bench(BenchOutcome(bench), reason_id=reason_id))
 
 
 @pytest.fixture
@@ -53,6 +54,16 @@ def test_a_repeated_unit_counts_by_its_last_verdict_and_all_its_runs_are_told(qu
     assert code == 0
     assert "1 unit in 3 runs: 1 pass" in said
     assert "pass          A  (runs: fail, pass, aborted)" in said
+
+
+@pytest.mark.parametrize(
+    ("reason_id", "word"),
+    [("stopped_by_operator", "stopped"), ("time_out", "timed out"), ("aborted_by_operator", "aborted")],
+)
+def test_the_tally_says_how_a_run_ended(reason_id, word):
+    tally = Tally()
+    tally.add("A", result("aborted", None, reason_id), ExitCode.ABORTED)
+    assert str(tally) == f"1 unit: 1 {word}"
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Sessions and logs judged again: windows, parts, other limits, and the first sample that differs."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from etb_hil.replays.log_replay import LogJob, judge, segments
 from etb_hil.replays.onto_bus import LEAD_NS, send_log
 from etb_hil.replays.session_replay import replay, rule_files
 from etb_hil.replays.window import Window
+from etb_hil.results.measurement import Measurements
 from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
 from etb_hil.session.events import read_events
 from etb_hil.session.record import record_of
@@ -71,12 +73,20 @@ def test_other_limits_change_what_the_table_says(live, tmp_path):
     generous.write_text(text.replace("0.26 N", "2.6 N").replace("0.20 N", "2.0 N"))
     again = replay(live.session.folder, limits=generous)
     rows = changes(live.results, again.results)
-    assert ("T_st limit_high", "0.26", "2.6") in rows
-    assert ("T_st verdict", "fail", "pass") in rows
+    assert ("stiction torque T_st, upper limit", "0.260 N·m", "2.600 N·m") in rows
+    assert ("stiction torque T_st, verdict", "fail", "pass") in rows
     assert ("exceedances", str(len(live.results.exceedances)), "0") in rows
     assert "before" in changes_text(rows)
     assert changes_text([]) == "  Nothing changed."
     assert {entry.name for entry in again.results.inputs} >= {"generous.yaml", "scenario.yaml"}
+
+
+def test_values_that_differ_in_their_last_bits_are_told_with_all_digits(live):
+    stiction = live.results.measurements["T_st"]
+    value = math.nextafter(stiction.value, math.inf)
+    others = [one for one in live.results.measurements.values() if one.id != "T_st"]
+    now = replace(live.results, measurements=Measurements([replace(stiction, value=value), *others]))
+    assert changes(live.results, now) == [("stiction torque T_st", f"{stiction.value!r} N·m", f"{value!r} N·m")]
 
 
 def test_parts_of_a_recording_are_judged_as_one(live, frames, tmp_path):

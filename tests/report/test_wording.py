@@ -123,7 +123,10 @@ def standing(reason_id="", **verdicts):
 @pytest.mark.parametrize(
     ("results", "said"),
     [
-        (standing(T_st="fail"), "here it is friction, which is above its limit. The weaker spring's preload came out"),
+        (
+            standing(T_st="fail"),
+            "here it is friction, which is above its limit. The preload of the weaker return",
+        ),
         (standing(T_c="fail", return_margin="fail"), "here it is friction"),
         (standing("T_st_exceeded"), "here it is friction"),
         (standing(return_margin="fail"), "here it is the return spring: friction is within its limits"),
