@@ -115,7 +115,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     nothing = too_little_to_reject(findings, measurements_of(hidden.recording, hidden.model))
     verdict = "insufficient_data" if nothing else findings.verdict
     found = explanation_as_dict(ExplanationResult(verdict, causes(findings)))
-    if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
+    if not found["causes"]:  # the best candidate, for the rate of right first guesses
         first = findings.selection_steps[0]
         found["causes"] = [{"id": first.winner.id, "not_isolable_from": first.ambiguity_group}]
     truth = hidden.truth()

@@ -71,7 +71,7 @@ def _machine_folder() -> Path:
         return Path(os.environ.get("PROGRAMDATA", r"C:\ProgramData"))
     run_lock = Path("/run/lock")
     with contextlib.suppress(OSError):
-        if run_lock.stat().st_mode & stat.S_IWOTH:  # for all, not for this user: each has to decide alike
+        if run_lock.stat().st_mode & stat.S_IWOTH:  # for all, not for this user: each must choose the same folder
             return run_lock
     return Path("/tmp")  # noqa: S108 (the place where all meet is what is wanted)
 

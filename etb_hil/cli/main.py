@@ -36,7 +36,7 @@ COMMANDS = {
     "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
     "store": "say what a store of results holds; export, copy or delete runs of it",
     "new": "write a bench, a model and a scenario to start from, for a controller's DBC file",
-    "check": "say what is missing for a run, on paper and on this machine, and how to put it right",
+    "check": "say what is missing for a run, on paper and on this machine, and how to correct it",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",
     "reproduce": "run the seed paper's simulations: its figures, and the numbers behind them",
     "schema": "print the JSON schemas of the files that people write",

@@ -26,7 +26,7 @@ from etb_hil.recording.samples import Float64
 _FIRST = (0.1, 0.3)
 # And the least: a thousandth of what the sensors of the project's data sheets can show.
 _LEAST = (1e-5, 1e-4)
-_LOWERED = 10.0  # ratio between two disturbances that are tried; a decade is as fine as a likelihood tells them apart
+_LOWERED = 10.0  # ratio of two disturbances that are tried; the likelihood does not resolve less
 # Gauss-Newton steps with damping (Levenberg 1944, Marquardt 1963): most of a fit, and gain in nats that ends it.
 _STEPS, _SETTLED = 8, 1.0
 # Share of what a fit is behind another that a step has to gain: `_STEPS` smaller ones come nowhere near it. With 0 the

@@ -35,7 +35,7 @@ from etb_hil.plant.physics import (
 )
 
 # State: angle (rad), velocity (rad/s), bristle torque sigma_0 z (N·m), disturbance torque against the motion (N·m), and
-# the logarithm of the friction level, which scales T_c and T_st alike.
+# the logarithm of the friction level, which scales T_c and T_st equally.
 THETA, OMEGA, BRISTLE, DISTURBANCE, LEVEL = range(5)
 MOVING = 5
 # Behind it, what may be adapted: logarithms of friction's shape and of the inertia, and the springs' torques.

@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 from language import PATTERNS
 
-PACKAGE = Path(__file__).resolve().parents[2] / "etb_hil"
+CHECKOUT = Path(__file__).resolve().parents[2]
+PACKAGE = CHECKOUT / "etb_hil"
 LONGEST = 25  # words of a sentence that a person reads
 LONGEST_FIRST_LINE = 80  # characters of a docstring's first line
 _NEGATION = re.compile(r"(?<!there )\b(?:is|are) no(?:ne)?\b(?! (?:longer|less))")
@@ -104,6 +105,24 @@ def banned_names(package=PACKAGE):
     return sorted(found)
 
 
+def comments(path):
+    """Return (line, comment) of the comments of a module."""
+    tokens = tokenize.generate_tokens(io.StringIO(path.read_text("utf-8")).readline)
+    return [(token.start[0], token.string) for token in tokens if token.type == tokenize.COMMENT]
+
+
+def banned_comments(folders):
+    """Return `path:line: word (better)` of each banned word in a comment below some folders."""
+    return [
+        f"{path}:{line}: '{hit[0]}' ({better})"
+        for folder in folders
+        for path in sorted(folder.rglob("*.py"))
+        for line, said in comments(path)
+        for pattern, better in PATTERNS.items()
+        for hit in pattern.finditer(said)
+    ]
+
+
 def test_names_in_the_code_are_the_fields():
     assert banned_names() == []
 
@@ -114,6 +133,11 @@ def test_first_lines_of_docstrings_are_short():
 
 def test_user_facing_words_are_the_fields():
     assert banned() == []
+
+
+@pytest.mark.parametrize("folder", ["etb_hil", "benchmarks", "tests", "docs"])
+def test_words_of_comments_are_the_fields(folder):
+    assert banned_comments([CHECKOUT / folder]) == []
 
 
 def test_messages_say_what_must_be():
@@ -128,6 +152,11 @@ def test_sentences_of_messages_are_short():
 def test_banned_words_are_found(tmp_path, text, found):
     (tmp_path / "one.py").write_text(f'"""{text}."""\n')
     assert len(banned(tmp_path)) == found
+
+
+def test_banned_words_of_comments_are_found(tmp_path):
+    (tmp_path / "one.py").write_text('x = "# a rival"  # what is left of two suspects\n')
+    assert len(banned_comments([tmp_path])) == 2
 
 
 def test_banned_names_are_found(tmp_path):
@@ -149,8 +178,14 @@ def test_long_sentences_are_found(tmp_path):
 
 def main(folder=PACKAGE):
     """Print how many banned words and long sentences a package has, by folder."""
+    spoken = [f"etb_hil/{line.partition('etb_hil/')[2]}" for line in banned_comments([folder])]
     for name, found in (
+        ("banned words of comments", spoken),
         ("banned words", banned(folder)),
+        (
+            "banned words of comments",
+            [f"etb_hil/{line.partition('etb_hil/')[2]}" for line in banned_comments([folder])],
+        ),
         ("negations", negations(folder)),
         ("long sentences", long_sentences(folder)),
         ("long first lines", long_first_lines(folder)),

@@ -98,7 +98,7 @@ def test_interrupted_work_goes_on(tasks, tmp_path):
     assert asked == [3, 2]
     assert [outcome.key for outcome in outcomes] == [task.key for task in tasks]
     judge_many(tasks, folder, stops_after_one)
-    assert asked == [3, 2, 1]  # what was refused may have been put right
+    assert asked == [3, 2, 1]  # a refused log may have been corrected
 
 
 def test_a_verdict_that_was_edited_is_not_believed(tasks, tmp_path):

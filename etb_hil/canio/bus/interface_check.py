@@ -1,4 +1,4 @@
-"""What a machine lacks for a bench's bus, and how to put it right.
+"""What a machine lacks for a bench's bus, and how to correct it.
 
 Nothing is opened for longer than a look.
 """

@@ -75,7 +75,7 @@ class ColumnDecoder:
             whole = frames.length[rows] >= reader.length
             if not whole.all():
                 self.too_short += int(np.count_nonzero(~whole))
-                rows = rows[whole]  # noqa: PLW2901 (what is left of them)
+                rows = rows[whole]  # noqa: PLW2901 (the whole ones)
             if len(rows):
                 found.append(reader.read(frames.data.take(rows, axis=0), frames.stamp_ns[rows]))
         return found

@@ -213,7 +213,7 @@ def _explained(compared: Outlook, findings: Findings, found: SelectionStep, trut
             costs = {one.candidate.id: one.cost for one in named.screened} | {r.id: r.fit.cost for r in named.refined}
             own = costs.get(truth.id, np.nan)
             away = {id_: float(np.sqrt(abs(cost - own))) for id_, cost in costs.items() if np.isfinite(own)}
-            # Of two that stay beside each other it is the competing hypothesis that the cause is not told from.
+            # Of two that remain, the one that is not the true cause is the competing hypothesis.
             left = [truth.id if id_ == found.winner.id else id_ for id_ in ids if id_ != truth.id]
             left += unseen(found, candidates_for([record], found.before.unknowns))
             return replace(_outlook(compared.plan, found, left, compared.shows), distances=away)

@@ -141,10 +141,10 @@ RECIPES = {
     ),
 }
 
-# Effects that a base parameter imitates nearly or wholly: only what leaves the parameter's tolerance can be named.
+# Effects that are collinear with a base parameter: only a part outside the parameter's tolerance can be named.
 PARAMETER_LIKE = frozenset({"spring_preload_shift", "current_sensor_gain", "limp_home_dead_zone"})
 
-# Never hidden together: pairs that are known to look alike (both ways).
+# Never hidden together: pairs that are known to be collinear (both ways).
 LOOK_ALIKE = (
     {"shaft_compliance", "gear_backlash", "sensor_hysteresis"},
     {"brush_drop", "hbridge_dead_time", "resistance_temperature", "supply_sag"},

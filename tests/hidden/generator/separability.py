@@ -15,11 +15,11 @@ ALIKE = 0.95
 _ABSORBED = 0.2  # share of an effect left beside the base parameters below which a parameter is its name too
 _BY_ORDER = {"friction_position_periodic", "cogging_torque", "torque_ripple"}
 _PHASED = {*_BY_ORDER, "angle_sensor_eccentricity"}
-_NOTHING_LEFT = 0.03  # share below which what is left is the error of the finite difference
+_NOTHING_LEFT = 0.03  # share below which the rest is the error of the finite difference
 _GOOD_SHARE = 0.15
-_SEEN = 1e-3  # of a column over the noise: what is less are these sensors blind to
+_SEEN = 1e-3  # of a column over the noise: these sensors do not detect less
 _DRAWS = 4
-_WORTH = 0.2  # a cosine from which a rival's shape is looked for further: the nearest of a few draws is seldom the best
+_WORTH = 0.2  # cosine above which more shapes of a competing effect are drawn: a few draws seldom hold the nearest
 _MORE = 28
 _NEAR = 0.8  # a cosine from which the nearest draw is moved on, towards the others of its form
 _STEPS = 24
@@ -149,7 +149,7 @@ def _of_shape(rival, row, columns, base, unit_rest):
     span = np.stack([base.projected_out(column) for column in raw], axis=1)
     lengths = np.linalg.norm(span, axis=0)
     if (lengths < np.maximum(1e-6, _NOTHING_LEFT * np.linalg.norm(raw, axis=1))).any():
-        return 0.0  # the base parameters are this rival
+        return 0.0  # the effect is in the span of the base parameters
     directions, _ = np.linalg.qr(span / lengths)
     return float(np.linalg.norm(directions.T @ unit_rest))
 
