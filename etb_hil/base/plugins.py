@@ -13,7 +13,6 @@ import importlib
 import importlib.util
 import inspect
 import os
-import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -23,6 +22,7 @@ from traceback import walk_tb
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from etb_hil.base.compiler_text import plain_text
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.nearest import did_you_mean
 
@@ -113,8 +113,6 @@ class Part:
             raise self.refused(f"{doing} failed: {first_line(error)}") from error
 
 
-_SOURCE_LINE = re.compile(r'File "[^<].*", line (\d+):')  # as numba's errors name it
-
 _changed: list[Callable[[], object]] = []
 
 
@@ -183,9 +181,11 @@ def add_file(path: Path) -> None:
         _set_files((*before, path))
     except InputError:
         _set_files(before)
+        _forget_file(path)
         raise
     except Exception as error:  # a declaration with values that no registry can take
         _set_files(before)
+        _forget_file(path)
         what = f"the plug-in declares what cannot be taken in: {first_line(error)}"
         raise InputError(Problem(what, Place(path), remedy="change the plug-in, or run without it")) from error
 
@@ -205,6 +205,7 @@ def remove_file(path: Path) -> None:
     if path not in files():
         raise InputError(Problem("this file must be a plug-in of this process", Place(path)))
     _set_files(tuple(one for one in files() if one != path))
+    _forget_file(path)
 
 
 def plugins() -> tuple[Plugin, ...]:
@@ -218,7 +219,13 @@ def plugins() -> tuple[Plugin, ...]:
             roots.setdefault(key, _root(entry))
     packages = [Plugin(*key, _digest(roots[key]), tuple(names)) for key, names in found.items()]
     alone = [
-        Plugin(path.name, _version(path), _digest(path), tuple(f"{k}: {path.stem}" for k in declared(path)), str(path))
+        Plugin(
+            path.name,
+            _version(path),
+            _loaded_digest(path),
+            tuple(f"{k}: {path.stem}" for k in declared(path)),
+            str(path),
+        )
         for path in files()
     ]
     return (*packages, *alone)
@@ -227,17 +234,15 @@ def plugins() -> tuple[Plugin, ...]:
 def first_line(error: BaseException) -> str:
     """Return the type of an error and the first line of what it says.
 
-    Of a compiler's error, the first line that names the fault, and the line of the source; of a missing attribute, the
-    nearest one that exists.
+    Of a compiler's error, what it says of the source, and the line; of a missing attribute, the nearest one that
+    exists.
     """
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    lines = [line for line in lines if not line.startswith("Failed in nopython mode")]
+    if type(error).__module__.startswith("numba."):
+        lines = [line for line in lines if not line.startswith("Failed in nopython mode")]
+        if said := plain_text(error):
+            return said
     said = lines[0] if lines else ""
-    call = next((line for line in lines if line.startswith(">>> ")), "")
-    if call and said.endswith(":"):
-        said = f"{said} {call.removeprefix('>>> ')}"
-    if source := next(filter(None, map(_SOURCE_LINE.fullmatch, lines)), None):
-        said = f"{said} (line {source[1]})"
     if isinstance(error, AttributeError) and error.name:
         meant = did_you_mean(error.name, dir(error.obj))
         said += f"; {meant}" if meant else ""
@@ -317,11 +322,12 @@ def _digest(root: Path) -> str:
 
 
 _modules: dict[Path, ModuleType] = {}
+_digests: dict[Path, str] = {}  # of the code of each module when it was run
 _begun: set[Path] = set()
 
 
 def _module(path: Path) -> ModuleType:
-    """Return the module that a file is; it is run once a process."""
+    """Return the module that a file is; it is run once while it is loaded."""
     if path in _modules:
         return _modules[path]
     if path in _begun:
@@ -332,6 +338,7 @@ def _module(path: Path) -> ModuleType:
         raise InputError(Problem("no such Python file", Place(path), allowed="a file NAME.py", remedy="check the path"))
     module = importlib.util.module_from_spec(spec)
     _begun.add(path)
+    _digests[path] = _digest(path)
     try:
         spec.loader.exec_module(module)
     except InputError:
@@ -344,6 +351,17 @@ def _module(path: Path) -> ModuleType:
         _begun.remove(path)
     _modules[path] = module
     return module
+
+
+def _loaded_digest(path: Path) -> str:
+    """Return the SHA-256 of the code that runs, whatever the file holds by now."""
+    _module(path)
+    return _digests[path]
+
+
+def _forget_file(path: Path) -> None:
+    """Have a file run again when it is next loaded: it may be edited until then."""
+    _modules.pop(path, None)
 
 
 def _line_of(path: Path, error: BaseException) -> int | None:

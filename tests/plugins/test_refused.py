@@ -100,7 +100,13 @@ def test_a_sound_file_is_taken_in_and_taken_out_again(text, tmp_path):
         ("effect", '"leaning"', '"brush_drop"', "there is an effect of this id already"),
         ("effect", "moment * theta", "1.0 + moment * theta", "not zero where its strengths are zero"),
         ("effect", "moment * theta", "moment * thetaa", "cannot be compiled: .*name 'thetaa' is not defined"),
-        ("effect", "moment * theta", "moment * 'a'", r"cannot be compiled: .*: mul\(float64, .* \(line 5\)"),
+        ("effect", "moment * theta", "moment * 'a'", "compiled: line 5: `[*]` cannot be used with a number and a text"),
+        ("effect", "moment * theta", "moment.foo", "compiled: line 5: a number has no attribute 'foo'"),
+        ("effect", "moment * theta", "[moment][theta]", r"line 5: `\[\]` cannot be used with a list and a number"),
+        ("effect", "moment * theta", "len(moment)", "line 5: `len` cannot be used with a number"),
+        ("effect", "moment * theta", "moment if theta else 'x'", "a number in one branch and a text in another"),
+        ("effect", "moment * theta", "{moment: theta}", r"the result must be a number \(it is a dictionary\)"),
+        ("effect", "moment * theta", "moment * open('x')", "line 5: compiled code cannot use 'open'"),
         ("effect", "Port.PLATE_TORQUE:", "Port.PLATE_TORQ:", r"mine\.py:10: .*; did you mean 'PLATE_TORQUE'\?"),
         ("effect", "EFFECT = Effect(", "EFFECT = dict(", r"EFFECT is of the type dict; set EFFECT = Effect\(...\)"),
         ("law", "LAW = ControlLaw(", "LAW = tuple, (", "LAW is of the type tuple"),
@@ -189,6 +195,24 @@ def test_two_files_with_the_same_part_clash(tmp_path):
         plugins.load(other)
     assert "mine" in measurement_kinds()
     assert [loaded.name for loaded in plugins.loaded()] == ["one.py"]
+
+
+@pytest.mark.parametrize("first", [EFFECT.replace("moment * theta", "moment * thetaa"), EFFECT])
+def test_an_edited_file_is_read_again(first, tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(first, "utf-8")
+    try:
+        before = plugins.load(path).sha256
+    except InputError:
+        before = ""
+    else:
+        path.write_text("while it is loaded, its hash is that of the code that runs")
+        assert plugins.load(path).sha256 == before
+        plugins.unload(path)
+    path.write_text(EFFECT.replace("moment * theta", "2.0 * moment * theta"), "utf-8")
+    assert plugins.load(path).sha256 != before
+    (torque,) = CATALOGUE["leaning"].terms.values()
+    assert torque(0.5, 0.25) == 0.25
 
 
 def test_a_file_is_taken_in_once(tmp_path):
