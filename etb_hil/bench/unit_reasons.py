@@ -70,6 +70,10 @@ UNIT_REASONS = {
         "Check that the bench reads a temperature and that the scenario has a current_zero, then repeat.",
         True,
     ),
+    "measurement_failed": Wording(
+        "A measurement of a plug-in failed and has no value; its note in the report says why.",
+        "Have an engineer correct the plug-in.",
+    ),
     "limits_not_judged": Wording(
         "Some limits were not judged: this run has no phase that shows them.",
         "Run a scenario that has those phases, as end_of_line has them.",

@@ -32,7 +32,7 @@ from etb_hil.diagnosis.hot_motor import hot_motor_remarks
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.measurement_registry import kind_of, phases_needed
-from etb_hil.diagnosis.measuring import Measured, measure
+from etb_hil.diagnosis.measuring import Measured, failed_remarks, measure
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.places_seen import seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
@@ -238,6 +238,7 @@ class Diagnosis:
                 *(() if fit is None else law_remarks(fit)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),
+                *failed_remarks(measured),
             ),
             by_direction=0.0 if fit is None else against_each_other(fit, self._model),
             excess=local_excess(assessment, local, self._most()[0], band, widening.gain),

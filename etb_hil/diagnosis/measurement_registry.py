@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
     from etb_hil.diagnosis.measurement_kind import Found
 
+FAILED = "the plug-in failed"  # how the note of such a measurement begins
+
 
 @cache
 def measurement_kinds() -> Mapping[str, MeasurementKind]:
@@ -81,7 +83,7 @@ def _guarded(part: Part) -> Callable[[Findings], Found]:
                 found = compute(run)
                 return found if found is None else _estimates((found,) if isinstance(found, Estimate) else found)
         except InputError as error:
-            return Estimate(None, note=str(error))
+            return Estimate(None, note=f"{FAILED}: {error}")
 
     return guarded
 

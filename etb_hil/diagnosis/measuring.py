@@ -9,7 +9,8 @@ from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.measurement_kind import Estimate, Found, MeasurementKind
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import FAILED, measurement_kinds
+from etb_hil.diagnosis.result import Reason
 from etb_hil.results.measurement import Measurement
 
 
@@ -20,6 +21,12 @@ class Measured:
     kind: MeasurementKind
     estimate: Estimate
     measurement: Measurement
+
+
+def failed_remarks(measured: Iterable[Measured]) -> list[Reason]:
+    """Return a remark on the measurements whose plug-in failed."""
+    failed = [one.measurement.id for one in measured if one.estimate.note.startswith(FAILED)]
+    return [Reason("measurement_failed", f"no value of {', '.join(failed)}")] if failed else []
 
 
 def measure(run: Findings, limits: Limits) -> Iterator[Measured]:

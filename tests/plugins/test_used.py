@@ -20,6 +20,8 @@ from etb_hil.canio.logs.reading import read_log
 from etb_hil.histories.history import histories
 from etb_hil.histories.runs import read_runs
 from etb_hil.report.junit import Reported, junit_text
+from etb_hil.report.verdict import verdict_text
+from etb_hil.results.json_file import result_from_dict
 
 NUDGES = "  - {kind: nudges, id: nudging, between: [20 deg, 40 deg], size: 5 deg, hold: 0.2 s}\n"
 LIMITS = """\
@@ -212,6 +214,9 @@ def test_a_measurement_that_fails_costs_only_itself(part, scenario, limits, tmp_
     assert failed.value is None
     assert "nudge_current.py" in failed.note
     assert "ZeroDivisionError" in failed.note
+    results = result_from_dict(json.loads((run.folder / "results.json").read_text("utf-8")))
+    assert "measurement_failed" in results.unit.also
+    assert "A measurement of a plug-in failed and has no value" in " ".join(verdict_text(results).split())
 
 
 @pytest.mark.parametrize(
