@@ -188,9 +188,9 @@ def _parameters(
 
 def _size(estimate: Estimate, unit: str, whole: Vector) -> ParameterEstimate:
     return ParameterEstimate(
-        estimate.value,
+        float(estimate.value),
         unit,
-        (estimate.low, estimate.high),
+        (float(estimate.low), float(estimate.high)),
         on_bound=bool(estimate.on_bound),
         flags=tuple(estimate.flags),
         in_model=float(whole[estimate.place]),

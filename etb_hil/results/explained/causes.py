@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from etb_hil.results import shown
+from etb_hil.results.measurement import Measurement
+
 Interval = tuple[float, float]
 
 
@@ -44,6 +47,11 @@ class ParameterEstimate(WithInterval):
     """Remarks on how far to trust the estimate."""
     in_model: float | None = None
     """Value in the model file that is written; null without one."""
+
+    def __str__(self) -> str:
+        """Return the value with its unit and its 95 % interval, angles in degrees."""
+        one = Measurement("", "", self.value, self.unit, self.low, self.high)
+        return f"{shown.measured(one)} (95 %: {shown.interval(one)})"
 
 
 @dataclass(frozen=True, slots=True)
