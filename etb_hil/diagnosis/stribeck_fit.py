@@ -258,7 +258,7 @@ def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class Linearised:
-    """The residuals (m) of the motor torque at some parameters (18), and the Jacobian (m, p)."""
+    """Residuals (m) of the motor torque at parameters (18), and their Jacobian (m, p)."""
 
     parameters: Float64
     residual: Float64

@@ -182,10 +182,6 @@ def main(folder=PACKAGE):
     for name, found in (
         ("banned words of comments", spoken),
         ("banned words", banned(folder)),
-        (
-            "banned words of comments",
-            [f"etb_hil/{line.partition('etb_hil/')[2]}" for line in banned_comments([folder])],
-        ),
         ("negations", negations(folder)),
         ("long sentences", long_sentences(folder)),
         ("long first lines", long_first_lines(folder)),
