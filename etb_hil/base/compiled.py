@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import io
 import logging
 import os
 import pickle
@@ -30,6 +31,8 @@ from numba.core.caching import _Cache
 from numba.core.codegen import CPUCodegen
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
+from numba.core.environment import Environment, lookup_environment
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.types import Type
 from numba.core.typing.templates import Signature
@@ -44,7 +47,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Types: TypeAlias = Signature | tuple[Type, ...]
 LOG = logging.getLogger(__name__)  # one record at level INFO for each function that has to be compiled
 
-_FORMAT = 2  # of a file's content
+_FORMAT = 3  # of a file's content
 _HASH = 16  # hexadecimal digits of a hash in a name: 64 bits
 _CHECKSUM = hashlib.sha256().digest_size
 
@@ -129,13 +132,13 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
 
         Then numba compiles it.
         """
-        with lean_numba():
-            target_context.refresh()  # makes numba's own functions known, which the machine code may call
+        rtsys.initialize(target_context)  # it counts references of arrays, and all machine code calls it
         name = f"{_environment(target_context.codegen())}/{self._file(signature)}"
         for folder in folders() if self._is_enabled else ():
             content = _read(folder / name)
             if content is not None:
                 return _unpacked(target_context, content)
+        _load_numba(target_context)
         LOG.info("compiling %s", self._name)
         return None
 
@@ -166,19 +169,56 @@ def _packed(result: CompileResult) -> bytes:
 
     Machine code holds what it calls. Only callers that are compiled anew need LLVM's code. It stands apart, since
     parsing it takes half of the time of loading. In its place numba gets a function of the name that it looks for.
+    Last come the names of the functions that the machine code calls and does not hold.
     """
     (name, kind, (machine_code, llvm_code)), *others = result._reduce()  # noqa: SLF001 (as numba's cache does)
     stub = llvm.parse_assembly(f'define void @"{result.fndesc.llvm_cpython_wrapper_name}"() {{ ret void }}')
-    return bytes(dumps(((name, kind, (machine_code, stub.as_bitcode())), *others, llvm_code)))
+    functions = llvm.parse_bitcode(llvm_code).functions
+    called = [one.name for one in functions if one.is_declaration and not one.name.startswith("llvm.")]
+    return bytes(dumps(((name, kind, (machine_code, stub.as_bitcode())), *others, llvm_code, called)))
 
 
 def _unpacked(target_context: BaseContext, content: bytes) -> CompileResult:
     """Return what `_packed` made a file's content of."""
-    *parts, llvm_code = pickle.loads(content)  # noqa: S301 (our own file)
+    *parts, llvm_code, called = _Unpickler(io.BytesIO(content)).load()
+    engine = target_context.codegen()._engine  # noqa: SLF001 (numba has no other way in)
+    if not all(engine.is_symbol_defined(name) or llvm.address_of_symbol(name) for name in called):
+        _load_numba(target_context)
     result = CompileResult._rebuild(target_context, *parts)  # noqa: SLF001 (as numba's cache does)
     parse = functools.cache(functools.partial(llvm.parse_bitcode, llvm_code))
     result.library._get_module_for_linking = parse  # noqa: SLF001 (numba's own returns what is parsed already)
     return result
+
+
+class _Unpickler(pickle.Unpickler):
+    """Read machine code without importing the modules of numba that it was compiled from."""
+
+    def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401 (the signature of pickle)
+        """Return what a name in a file stands for."""
+        return _rebuilt_environment if name == "_rebuild_env" else super().find_class(module, name)
+
+
+def _rebuilt_environment(module: str, constants: list[object], name: str) -> Environment:
+    """Return the constants of compiled code by their name, as numba's own function does.
+
+    Numba's imports the module, a tenth of a second for those of numba itself. Compiled code reads nothing from it.
+    """
+    known = lookup_environment(name)
+    if known is None:
+        known = Environment(vars(sys.modules[module]) if module in sys.modules else {"__name__": module})
+        known.consts[:] = constants
+        known.env_name = name
+        Environment._memo[name] = known  # noqa: SLF001 (as numba's own function does)
+    return known
+
+
+def _load_numba(target_context: BaseContext) -> None:
+    """Make all functions of numba known, which compiling needs and loading hardly ever.
+
+    The modules take more than a tenth of a second.
+    """
+    with lean_numba():
+        target_context.refresh()
 
 
 @functools.cache

@@ -165,6 +165,42 @@ def test_no_function_of_the_package_is_compiled_past_this_cache():
     assert not any("cache=True" in sources[name] for name in no_source)
 
 
+KERNELS = """
+import sys
+import numpy as np
+from etb_hil.base.compiled import njit
+
+@njit(cache=True)
+def means(values):
+    if len(values) % 2:
+        raise ValueError("one is left", len(values))
+    return values.reshape(-1, 2).sum(axis=1) / 2.0
+
+@njit(cache=False)
+def ordered(values):
+    return np.sort(means(values))[0]
+
+print(means(np.array([4.0, 2.0, 1.0, 3.0])), "numba.np.arraymath" in sys.modules)
+try:
+    means(np.ones(3))
+except ValueError as error:
+    print(error)
+print(ordered(np.array([4.0, 2.0, 1.0, 3.0])))
+"""
+
+
+def test_loading_imports_no_functions_of_numba_and_what_was_loaded_raises_and_is_called_by_new_code(tmp_path):
+    (tmp_path / "kernels.py").write_text(KERNELS, "utf-8")
+    environment = {"PATH": os.environ["PATH"], "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    said = []
+    for _ in range(2):
+        command = [sys.executable, "kernels.py"]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+        said.append(done.stdout)
+    rest = "('one is left', 3)\n2.0\n"
+    assert said == ["[3. 2.] True\n" + rest, "[3. 2.] False\n" + rest]
+
+
 def test_a_function_that_cannot_be_compiled_fails_at_once_when_it_is_called_again():
     attempts = []
 
