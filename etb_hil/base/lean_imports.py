@@ -6,6 +6,7 @@ A process of ours hides them from those who would import them; who needs one imp
 package hides nothing.
 
 - python-can imports asammdf, and with it pandas: half a second.
+- cantools imports its tester, and with it python-can: a twentieth of a second.
 - numba imports scipy's linear algebra, for kernels that call BLAS: a tenth of a second and 15 MB. Ours call none; a
   plug-in's may, and numba imports scipy when it compiles them.
 """
@@ -16,15 +17,17 @@ import importlib
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import ModuleType
 
 _HIDDEN = "asammdf"
 _USER = "can.io.mf4"
+_TESTER = "cantools.tester"
 _ALGEBRA = "scipy.linalg"
 _ALGEBRA_USER = "numba.np.arraymath"
 
 
 def keep_imports_lean() -> None:
-    """Keep python-can and numba from importing asammdf and `scipy.linalg`.
+    """Keep python-can, cantools and numba from importing what hardly a command needs.
 
     This holds for this process.
     """
@@ -32,9 +35,22 @@ def keep_imports_lean() -> None:
     _is_lean = True
     if _USER not in sys.modules:
         sys.modules.setdefault(_HIDDEN, None)  # type: ignore[arg-type] # Python's own way to forbid an import
+    if "cantools" not in sys.modules:
+        sys.modules[_TESTER] = _Tester(_TESTER)
 
 
 _is_lean = False
+
+
+class _Tester(ModuleType):
+    """The tester of cantools until somebody asks for something of it."""
+
+    def __getattr__(self, name: str) -> object:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if sys.modules.get(_TESTER) is self:
+            del sys.modules[_TESTER]
+        return getattr(importlib.import_module(_TESTER), name)
 
 
 def bring_asammdf_back() -> None:

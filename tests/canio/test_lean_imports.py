@@ -40,6 +40,23 @@ def test_asammdf_is_imported_only_where_it_is_needed(tmp_path):
     assert "1 frames read" in run(tmp_path / "odd.mf4", tmp_path / "out.log")
 
 
+TESTER_OF_A_PLUGIN = """
+import sys
+from etb_hil.base.lean_imports import keep_imports_lean
+keep_imports_lean()
+import cantools
+assert "can" not in sys.modules
+print(cantools.tester.Tester.__module__, "can" in sys.modules)
+from cantools.tester import Tester
+assert Tester is cantools.tester.Tester
+"""
+
+
+def test_python_can_is_imported_only_for_who_uses_the_tester_of_cantools():
+    done = subprocess.run([sys.executable, "-c", TESTER_OF_A_PLUGIN], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("cantools.tester True\n", "")
+
+
 KERNEL_OF_A_PLUGIN = """
 import sys
 import numba
