@@ -293,7 +293,13 @@ def _dash(peak, against, rise, fall):
 
 def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
     """Return Truth and a list of (kind, first sample, end sample) for the phases of a friction check."""
-    pieces, kinds, at = [], [], 0.0
+    *motion, phases = check_motion(unit.limp_home, low=low, high=high, speeds=speeds, dashes=dashes)
+    return simulate(unit, *motion), phases
+
+
+def check_motion(start, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
+    """Return set-points and modes of a friction check, as `simulate` takes them, and its phases."""
+    pieces, kinds, at = [], [], start
 
     def add(kind, velocity, mode=1):
         nonlocal at
@@ -302,7 +308,6 @@ def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
         kinds.append((kind, len(velocity)))
         at = position[-1]
 
-    at = unit.limp_home
     add("current_zero", np.zeros(1000), 0)
     for speed in speeds:
         add("ramp", np.concatenate([_glide(at, low, 1.5), _glide(low, high, speed), _glide(high, low, speed)]))
@@ -316,7 +321,7 @@ def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
     phases = [
         (kind, int(end - length * PER_CONTROL), int(end)) for (kind, length), end in zip(kinds, ends, strict=True)
     ]
-    return simulate(unit, reference, velocity, mode), phases
+    return reference, velocity, mode, phases
 
 
 @dataclass(frozen=True)

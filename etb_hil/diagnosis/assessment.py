@@ -175,15 +175,15 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> 
     """Return T_c with its interval, wider where the plate never slid fast enough.
 
     Fast enough means far above omega_s. What the fitted curve has left at the fastest speed was never seen to fall
-    away. Where no drop from T_st stands out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot
-    be distinguished: T_c lies below T_st and below the friction at that speed, and no more is known; not even that
-    where the plate only crept.
+    away. Where no drop from T_st stands out, the plate was slower than omega_s, or T_c might as well be nothing,
+    Stribeck effect and viscosity cannot be distinguished: T_c lies below T_st and below the friction at that speed, and
+    no more is known; not even that where the plate only crept.
     """
     q = fit.parameters
     coulomb, drop = float(q[COULOMB]), float(q[DROP])
     stiction, stiction_error = fit.stiction
     around = _around(coulomb, fit.reach({COULOMB: 1.0}))
-    if _shows_drop(fit, fastest):
+    if _shows_drop(fit, fastest) and around.low > 0.0:
         unseen = drop * float(peak_left(fastest, q))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
     level, error = fitted_curve(fit, np.array([fastest]))
