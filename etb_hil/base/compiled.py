@@ -191,7 +191,7 @@ def _unpacked(target_context: BaseContext, content: bytes) -> CompileResult:
 
 
 class _Unpickler(pickle.Unpickler):
-    """Read machine code without importing the modules of numba that it was compiled from."""
+    """Read machine code without importing modules of numba."""
 
     def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401 (the signature of pickle)
         """Return what a name in a file stands for."""
@@ -199,7 +199,7 @@ class _Unpickler(pickle.Unpickler):
 
 
 def _rebuilt_environment(module: str, constants: list[object], name: str) -> Environment:
-    """Return the constants of compiled code by their name, as numba's own function does.
+    """Return the constants of compiled code by their name, as numba does.
 
     Numba's imports the module, a tenth of a second for those of numba itself. Compiled code reads nothing from it.
     """
@@ -213,7 +213,7 @@ def _rebuilt_environment(module: str, constants: list[object], name: str) -> Env
 
 
 def _load_numba(target_context: BaseContext) -> None:
-    """Make all functions of numba known, which compiling needs and loading hardly ever.
+    """Make all functions of numba known, which compiling needs.
 
     The modules take more than a tenth of a second.
     """

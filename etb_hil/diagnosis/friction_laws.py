@@ -99,7 +99,10 @@ def _prior_of(prior: Prior, free: tuple[int, ...]) -> Prior:
 
 
 def _of_bristles(prior: Prior, fit: StribeckFit) -> Prior:
-    """Return a prior that has what a fit found of stiffness and damping, for windows that tell nothing of them."""
+    """Return a prior with the stiffness and damping that a fit found.
+
+    Windows that slide tell nothing of these.
+    """
     found = replace(prior, mean=prior.mean.copy(), precision=prior.precision.copy())
     for index in (LOG_STIFFNESS, LOG_DAMPING):
         found.mean[index], found.precision[index] = fit.parameters[index], 1.0 / fit.error({index: 1.0}) ** 2
