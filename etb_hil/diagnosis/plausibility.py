@@ -49,9 +49,9 @@ _LAG_WINDOW_NS = 500_000_000
 ) = range(15)  # fmt: skip
 (
     _ROWS, _BASED, _LAST_NS, _STEP_BEFORE, _EQUAL, _EQUAL_FROM, _FROZEN, _TRACKS_OFF, _ENCODER_OFF, _JUMPS, _OFF_N,
-    _OFF_FROM, _OFFS, _WINDOW_FROM, _WINDOW_N, _SHORTEST, _PHASE, _MOVING_NS, _MISSING_NS, _LAG_FROM, _LAG_LEAST,
+    _OFF_FROM, _WINDOW_FROM, _WINDOW_N, _SHORTEST, _PHASE, _MOVING_NS, _MISSING_NS, _LAG_FROM, _LAG_LEAST,
     _LAG_FIRST, _LAG_WORST, _INTS,
-) = range(24)  # fmt: skip
+) = range(23)  # fmt: skip
 _NONE = np.int64(1 << 62)
 _BASE_ROWS = 50
 
@@ -87,6 +87,7 @@ class Plausibility:
         )
         self._floats = np.full(_FLOATS, np.nan)
         self._floats[[_BASE, _OFF_SUM, _VOLTAGE_SUM, _CURRENT_SUM]] = 0.0
+        self._floats[_OFF_LOW], self._floats[_OFF_HIGH] = math.inf, -math.inf
         self._ints = np.zeros(_INTS, np.int64)
         self._ints[[_SHORTEST, _LAG_LEAST, _LAG_FIRST]] = _NONE
         self._ints[_PHASE] = -1
@@ -312,10 +313,7 @@ def _bridge_off(time_ns: np.int64, current: float, s: Float64, n: Int64) -> None
     n[_OFF_N] += 1
     if n[_OFF_N] == _OFF_WINDOW:
         mean = s[_OFF_SUM] / _OFF_WINDOW
-        first = n[_OFFS] == 0
-        s[_OFF_LOW] = mean if first else min(s[_OFF_LOW], mean)
-        s[_OFF_HIGH] = mean if first else max(s[_OFF_HIGH], mean)
-        n[_OFFS] += 1
+        s[_OFF_LOW], s[_OFF_HIGH] = min(s[_OFF_LOW], mean), max(s[_OFF_HIGH], mean)
         n[_OFF_N] = 0
 
 

@@ -166,7 +166,7 @@ def test_samples_from_before_the_last_command_do_not_count(run, late_ms, is_off)
     assert is_seen_off(run(ZERO + HOLD + OFF, link=Late)) is is_off
 
 
-@pytest.mark.parametrize(("zero", "is_off"), [(0.4, True), (-0.4, True), (0.6, False), (-0.6, False)])
+@pytest.mark.parametrize(("zero", "is_off"), [(0.4, True), (-0.4, True), (0.6, False), (-0.6, False), (1.0, False)])
 def test_a_current_sensor_is_read_from_its_zero_up_to_half_an_ampere(run, zero, is_off):
     assert is_seen_off(run(zero=zero)) is is_off
 

@@ -431,6 +431,17 @@ def test_the_zeros_furthest_apart_are_told():
     assert (low, high) == (pytest.approx(-0.03, abs=3e-3), pytest.approx(0.1, abs=3e-3))
 
 
+def test_a_zero_is_the_mean_of_all_fifty_samples():
+    """A mean of 49 of them, over 50, would be 2 % less: zeros apart by 1 % more than is allowed would pass."""
+    for factor, seen in ((0.99, []), (1.01, ["current_zero_moves"])):
+        record = bridge_off(1.0, 1.0 + factor * OFF_CURRENT, settle=0)
+        is_off = record.columns["command_mode"] == float(Mode.OFF)
+        exact = np.where(np.arange(record.count) < 1_100, 1.0, 1.0 + factor * OFF_CURRENT)
+        wobble = 1e-3 * (-1.0) ** np.arange(record.count)  # no sensor repeats itself
+        record.columns["motor_current"] = np.where(is_off, exact + wobble, record.columns["motor_current"])
+        assert record.ids() == seen
+
+
 def driven(volts=0.0, where=slice(0, 0), count=6_000, seed=9, gap=None):
     """Return a motor driven by its own equation, whose voltmeter is off by some volts somewhere."""
     rng, values = np.random.default_rng(seed), MODEL.values
@@ -467,6 +478,29 @@ def test_the_motors_balance_is_the_same_however_the_rows_are_cut():
 def test_a_gap_in_the_samples_is_no_contradiction_of_the_motor():
     assert driven(gap=(3_000, 3_037)).ids() == []
     assert driven(volts=math.nan, where=slice(3_000, 3_037)).ids() == []
+
+
+def test_motion_within_a_gap_is_in_no_window():
+    """Within each gap the plate is turned by 0.04 rad: a window over it would have a velocity without a voltage."""
+    whole = driven(count=8_000)
+    for start in range(1_000, 7_000, 500):
+        whole.columns["motor_angle"][start + 5 :] += GEAR * 0.04
+        for name in ("throttle_angle", "throttle_angle_2"):
+            whole.columns[name][start + 5 :] += 0.04
+    gaps = np.concatenate([np.arange(start, start + 10) for start in range(1_000, 7_000, 500)])
+    without = np.setdiff1d(np.arange(8_000), gaps)
+    assert "motor_balance" in whole.ids()
+    unmeasured = driven(count=8_000)
+    unmeasured.columns = {name: values.copy() for name, values in whole.columns.items()}
+    unmeasured.columns["motor_voltage"][gaps] = math.nan
+    assert "motor_balance" not in unmeasured.ids()
+    assert "motor_balance" not in whole.keep(without).ids()
+
+
+@pytest.mark.parametrize(("count", "seen"), [(900, False), (1_200, True)])
+def test_a_window_of_the_balance_is_20_ms(count, seen):
+    """Fifty windows are needed, which are a second."""
+    assert ("motor_balance" in driven(0.6, slice(300, 400), count=count).ids()) is seen
 
 
 def windows(count=200, seed=4):
