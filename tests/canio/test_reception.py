@@ -263,13 +263,14 @@ def requested(stamp_ns):
 
 @settings(max_examples=40, phases=[Phase.generate])
 @given(
-    pause=st.integers(1, 20_000).filter(lambda ticks: ticks % 4096 != NOMINAL) | st.sampled_from([2368, 4136, 4736]),
+    pause=st.integers(1, 20_000)
+    | st.sampled_from([2368, 4136, 4736, *(wraps * 4096 + NOMINAL for wraps in range(1, 5))]),
     rate=st.sampled_from([10, 16, 20, 40]),
 )
 def test_after_a_request_samples_go_on_at_any_rate_after_any_pause(pause, rate):
     """The pause decides where the counters stand; a place on which they happen to agree must not win.
 
-    Left out are pauses of whole wraps and one interval, after which both counters go on as if there had been none.
+    After whole wraps and one interval both counters go on as if there had been no pause: the stamps tell.
     """
     ticks = np.append(np.arange(6) * 20, 100 + pause + np.arange(6) * rate)
     stamps = ticks * TICK + 200_000
@@ -280,6 +281,18 @@ def test_after_a_request_samples_go_on_at_any_rate_after_any_pause(pause, rate):
         assert (block.time_ns - stamps[0]).tolist() == (ticks * TICK).tolist()
         assert not block.lost_before.any()
     assert statistics["EtbCurrent"].frames == statistics["EtbEncoder"].frames == 12
+
+
+@pytest.mark.parametrize(("beside", "is_pause"), [(-3, False), (-2, True), (0, True), (2, True), (3, False)])
+def test_after_a_request_stamps_that_are_late_by_whole_wraps_show_a_pause(beside, is_pause):
+    """To within two ticks; by any other time late, it is the host that stalls."""
+    ticks = NOMINAL * np.arange(12)
+    stamps = (ticks + np.where(np.arange(12) >= 6, 4096 + beside, 0)) * TICK
+    frames = streams.arranged(
+        [frames_of("EtbEncoder", np.arange(12), stamps, ticks), requested(int(stamps[5]) + 1_000)]
+    )
+    found, _ = received(frames)
+    assert np.diff(found["EtbEncoder"].time_ns)[5] == (NOMINAL + 4096 * is_pause) * TICK
 
 
 @pytest.mark.parametrize(
