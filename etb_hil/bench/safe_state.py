@@ -20,7 +20,7 @@ LARGEST_ZERO_A = 0.5  # a sensor that is off by more is not believed to show no 
 SAMPLES = 10  # current samples that must agree: a burst, whose mean has a third of the noise
 
 
-def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = True) -> SafeState:
+def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool) -> SafeState:
     """Command drive off until current and status say so, or patience ends.
 
     The current is about zero then.

@@ -36,7 +36,7 @@ class ControlChart:
     sigma: float
     signals: dict[int, str]
     shifts: Shifts
-    least: float = -math.inf
+    least: float
 
     @property
     def is_steady(self) -> bool:

@@ -55,6 +55,12 @@ def test_the_time_counts_from_the_command_that_changed_something():
     assert said(together, statuses((45.001, 0)))[-1] is not None
 
 
+def test_the_last_command_of_a_block_counts_though_the_first_changes_nothing():
+    again = commands((5, OFF), (10, ON))
+    assert said(commands((0, OFF)), again, statuses((30.001, 0)))[-1] is not None
+    assert said(commands((0, OFF)), again, statuses((30.001, 1)))[-1] is None
+
+
 def test_before_any_command_a_status_is_not_late():
     assert said(statuses((0, 0), (500, 1), (900, 0))) == [None]
 

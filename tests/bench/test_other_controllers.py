@@ -112,5 +112,5 @@ def test_drive_off_is_commanded_until_patience_ends_whatever_fails():
 
     clock = Clock()
     with pytest.raises(KeyError, match="a room that fails"):
-        bring_to_rest(Tap(), clock, 10_000_000)
+        bring_to_rest(Tap(), clock, 10_000_000, commanding=True)
     assert 0.5e9 <= clock.now < 0.6e9

@@ -100,6 +100,15 @@ def test_a_chart_of_a_process_that_rises_jumps_and_stays():
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(("scale", "offset"), [(1000.0, 0.0), (0.001, 0.0), (1.0, 50.0)])
+def test_a_shift_is_found_whatever_the_unit(scale, offset):
+    rng = np.random.default_rng(2)
+    values = 0.17 + 0.01 * (rng.standard_normal(60) + 2.0 * (np.arange(60) >= 40))
+    found = control_chart(values).shifts.signals
+    assert found
+    assert control_chart(scale * values + offset).shifts.signals == found
+
+
 def test_a_value_on_the_centre_ends_a_run_on_one_side():
     values = [1.0, 2.0] * 4 + [0.0, 1.0, -6.5, -6.5]
     assert sum(values) == 0.0
