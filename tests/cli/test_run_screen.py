@@ -47,11 +47,11 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     assert "STOPPED - serial SN-0042" in shown
     assert "The operator stopped the run (key s or r)." in shown
     assert "Next     Repeat the test when the bench is clear." in shown
-    assert "1 unit: 1 aborted" in shown
+    assert "1 unit: 1 stopped" in shown
     assert terminal.keeps_line_mode
     terminal.press("r\n")
     terminal.until("1 yes   2 no")
-    assert "last: SN-0042 aborted; so far 1 unit: 1 aborted" in terminal.text
+    assert "last: SN-0042 stopped; so far 1 unit: 1 stopped" in terminal.text
     terminal.press("1")
     terminal.until("phase  held")
     terminal.press("a")
@@ -64,7 +64,7 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     terminal.until("'q' ends):")
     terminal.press("q\n")
     assert terminal.end() == 5
-    assert "aborted       SN-0042  (runs: aborted, aborted, aborted)" in terminal.text
+    assert "aborted       SN-0042  (runs: stopped, aborted, aborted)" in terminal.text
     first, second, third = bench_of(tmp_path)
     assert (first["reason"], first["safe_state"]) == ("key s or r", True)
     assert (second["reason"], second["safe_state"]) == ("key a, Ctrl-C or STOP", True)
