@@ -139,7 +139,7 @@ class _Plan:
         InputError for a value that is refused.
         """
         if len(data) == 1 and self._plain and _NUMBERS.issuperset(map(type, values.values())):
-            matrix = np.array([[value] for value in values.values()], np.float64)  # in the order of the parts
+            matrix = np.array([*values.values()], np.float64).reshape(-1, 1)  # in the order of the parts
         else:
             matrix = np.empty((self._size, len(data)))
             for part in self._parts:
