@@ -40,6 +40,11 @@ class Estimate:
     if_failed: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class FailedEstimate(Estimate):
+    """An estimate without a value, since the code of its plug-in failed."""
+
+
 Found = Estimate | Iterable[Estimate] | None
 
 

@@ -17,15 +17,13 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError
 from etb_hil.base.plugins import Part, parts, when_changed
 from etb_hil.diagnosis import measurements
-from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind, misstatements
+from etb_hil.diagnosis.measurement_kind import Estimate, FailedEstimate, MeasurementKind, misstatements
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from etb_hil.diagnosis.findings import Findings
     from etb_hil.diagnosis.measurement_kind import Found
-
-FAILED = "the plug-in failed"  # how the note of such a measurement begins
 
 
 @cache
@@ -83,7 +81,7 @@ def _guarded(part: Part) -> Callable[[Findings], Found]:
                 found = compute(run)
                 return found if found is None else _estimates((found,) if isinstance(found, Estimate) else found)
         except InputError as error:
-            return Estimate(None, note=f"{FAILED}: {error}")
+            return FailedEstimate(None, note=f"the plug-in failed: {error}")
 
     return guarded
 

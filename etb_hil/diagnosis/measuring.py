@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.limits import Limits
-from etb_hil.diagnosis.measurement_kind import Estimate, Found, MeasurementKind
-from etb_hil.diagnosis.measurement_registry import FAILED, measurement_kinds
+from etb_hil.diagnosis.measurement_kind import Estimate, FailedEstimate, Found, MeasurementKind
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.diagnosis.result import Reason
 from etb_hil.results.measurement import Measurement
 
@@ -25,7 +25,7 @@ class Measured:
 
 def failed_remarks(measured: Iterable[Measured]) -> list[Reason]:
     """Return a remark on the measurements whose plug-in failed."""
-    failed = [one.measurement.id for one in measured if one.estimate.note.startswith(FAILED)]
+    failed = [one.measurement.id for one in measured if isinstance(one.estimate, FailedEstimate)]
     return [Reason("measurement_failed", f"no value of {', '.join(failed)}")] if failed else []
 
 
