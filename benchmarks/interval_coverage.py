@@ -117,15 +117,23 @@ def collect(rows, unit, result):
             rows.setdefault(name, []).append((held, found.value / real - 1.0, (found.high - found.low) / real / 2.0))
 
 
-def standing(unit, result):
-    """Return how a verdict stands to the true values: right, false FAIL, false PASS or inconclusive."""
+def agreement(stiction, coulomb, margin, result):
+    """Return how a verdict agrees with the true highest friction and return margin, in N·m.
+
+    That is right, false FAIL, false PASS or inconclusive.
+    """
     of = {name: LIMITS.by_id[name] for name in ("T_st", "T_c", "return_margin")}
-    margin = min(unit.preload_open, unit.preload_close) - unit.stiction
-    highest = unit.stiction * (1.0 + max(unit.bump, 0.0))  # a place beyond the limit fails a unit as well
-    within = highest <= of["T_st"].high and unit.coulomb <= of["T_c"].high and margin >= of["return_margin"].low
+    within = stiction <= of["T_st"].high and coulomb <= of["T_c"].high and margin >= of["return_margin"].low
     if result.verdict == "inconclusive":
         return "inconclusive"
     return "right" if bool(within) == (result.verdict == "pass") else f"false {result.verdict.upper()}"
+
+
+def agreement_of(unit, result):
+    """Return how the verdict on a unit agrees with the truth, see `agreement`."""
+    margin = min(unit.preload_open, unit.preload_close) - unit.stiction
+    highest = unit.stiction * (1.0 + max(unit.bump, 0.0))  # a place beyond the limit fails a unit as well
+    return agreement(highest, unit.coulomb, margin, result)
 
 
 def main():
@@ -143,7 +151,7 @@ def main():
     law = {"exponent": options.exponent, "dwell": options.dwell, "law": PRESLIDING[options.presliding]}
     rates = options.rate or (20000, 1000)
     start, tables, uneven = time.perf_counter(), [{} for _ in rates], [0 for _ in rates]
-    stands = [Counter() for _ in rates]
+    agreements = [Counter() for _ in rates]
     for number in range(options.units):
         unit, results = check(
             np.random.default_rng([options.seed, number]), rates, bump=options.bump, law=law, hot=options.hot
@@ -151,9 +159,9 @@ def main():
         for k, result in enumerate(results):
             collect(tables[k], unit, result)
             uneven[k] += any(reason.id == "uneven_way" for reason in result.reasons)
-            stands[k][standing(unit, result)] += 1
+            agreements[k][agreement_of(unit, result)] += 1
         if (number + 1) % 50 == 0 or number + 1 == options.units:
-            for rate, table, said, verdicts in zip(rates, tables, uneven, stands, strict=True):
+            for rate, table, said, verdicts in zip(rates, tables, uneven, agreements, strict=True):
                 seconds = time.perf_counter() - start
                 print(f"{number + 1} units at {rate} Hz, {seconds:.0f} s, uneven way {said}, verdicts {dict(verdicts)}")
                 for name, kept in table.items():

@@ -5,10 +5,10 @@ Run: python benchmarks/verdicts_under_effects.py [--units 20] [--rate 1000] [--s
 One friction check a unit, by the generator of hidden cases. Units and what the bench believes of them are drawn as in
 interval_coverage.py. The size of an effect is the 99th percentile of what it adds to the torque balance and, as the
 torque of its current, to the voltage balance, in shares of T_c; where physics does not allow as much, the effect is as
-large as it allows. A verdict is held against the highest friction and the weakest spring of the whole travel, both
+large as it allows. A verdict is compared with the highest friction and the weakest spring of the whole travel, both
 directions, with the effect, contacts having no age: a false FAIL has all of them within the stock limits, a false PASS
 one beyond.
-Intervals are held against the unit's parameters where the effect leaves those what they are.
+Intervals are compared with the unit's parameters where the effect does not change these.
 Effects of temperature have a housing at 50 degC, at which copper and magnets are as the bench's model says.
 """
 
@@ -17,7 +17,7 @@ import time
 from collections import Counter
 from dataclasses import replace
 
-import explain_cases  # noqa: F401  # puts the generator of hidden cases on the path
+import explain_cases  # noqa: F401 (lets Python find the generator of hidden cases)
 import numpy as np
 from diagnosis_power import COPPER, LIMITS, MAGNETS, RISES, UNIT_SPREAD, healthy_design
 from generator import layout as at
@@ -29,6 +29,7 @@ from generator.rig import Rig, no_effects
 from generator.sensitivity import QUIET
 from generator.springs import spring_torque
 from independent_throttle import Sensed, check_motion, off_by_tolerances
+from interval_coverage import agreement
 from throttle_as_model import bench_model, rows_of
 
 from etb_hil.diagnosis.diagnosis import Diagnosis
@@ -127,19 +128,8 @@ def judged(rig, phases, bench, effects, rate, gain):
     return diagnosis.finish()
 
 
-def standing(ends, margin, result):
-    """Return how a verdict stands to the truth: right, false FAIL, false PASS or inconclusive."""
-    of = {name: LIMITS.by_id[name] for name in ("T_st", "T_c", "return_margin")}
-    within = (
-        ends["T_st"][1] <= of["T_st"].high and ends["T_c"][1] <= of["T_c"].high and margin >= of["return_margin"].low
-    )
-    if result.verdict == "inconclusive":
-        return "inconclusive"
-    return "right" if within == (result.verdict == "pass") else f"false {result.verdict.upper()}"
-
-
 def check(name, number, options):
-    """Return standing, size, which intervals hold, and a line about the check."""
+    """Return how the verdict agrees with the truth, the effect's size, which intervals hold the truth, and a text."""
     rng = np.random.default_rng([options.seed, number, at.ROW[name]])
     nominal = healthy_design(rng)
     bench = off_by_tolerances(nominal, rng)
@@ -153,7 +143,7 @@ def check(name, number, options):
     effects, found = sized(rig, name, options.size, rng, beside)
     ends, margin = extremes(rig, effects)
     result = judged(rig, phases, bench, effects, options.rate, 1.0 + 0.02 * rng.uniform(-1.0, 1.0))
-    stands = standing(ends, margin, result)
+    agrees = agreement(ends["T_st"][1], ends["T_c"][1], margin, result)
     held = {}
     if name not in OF_FRICTION:
         for id_, true in (("T_st", unit.stiction), ("T_c", unit.coulomb), ("viscous", unit.viscous)):
@@ -165,8 +155,8 @@ def check(name, number, options):
         for id_ in ("T_st", "T_c", "return_margin")
         if (m := result.measurements.get(id_)) is not None and m.low is not None
     }
-    line = f"{name} {number}: {stands}, size {found:.3f}, true {ends} margin {margin:.4f}, said {said}"
-    return stands, found, held, f"{line}, {[reason.id for reason in result.reasons]}"
+    line = f"{name} {number}: {agrees}, size {found:.3f}, true {ends} margin {margin:.4f}, said {said}"
+    return agrees, found, held, f"{line}, {[reason.id for reason in result.reasons]}"
 
 
 def main():
@@ -179,18 +169,18 @@ def main():
     options = parser.parse_args()
     all_, start = Counter(), time.process_time()
     for name in options.effects:
-        stands, sizes, holds = Counter(), [], {}
+        agreements, sizes, holds = Counter(), [], {}
         for number in range(options.units):
-            stood, found, held, line = check(name, number, options)
-            stands[stood] += 1
+            agrees, found, held, line = check(name, number, options)
+            agreements[agrees] += 1
             sizes.append(found)
             for id_, one in held.items():
                 holds.setdefault(id_, []).append(one)
-            if stood.startswith("false"):
+            if agrees.startswith("false"):
                 print(f"  {line}", flush=True)
-        all_ += stands
+        all_ += agreements
         held = ", ".join(f"{id_} {sum(ones)} of {len(ones)}" for id_, ones in holds.items())
-        print(f"{name}: {dict(stands)}, size {np.median(sizes):.2f}, held: {held or '-'}", flush=True)
+        print(f"{name}: {dict(agreements)}, size {np.median(sizes):.2f}, held: {held or '-'}", flush=True)
     print(f"all: {dict(all_)}, {time.process_time() - start:.0f} s of processor time")
 
 
