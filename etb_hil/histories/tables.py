@@ -56,9 +56,10 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
     """
     make_folder(folder)
     table = rows(found)
+    names = list(dict.fromkeys(name for row in table for name in row))  # parts may be measured for different things
     written = [folder / "history.csv", folder / "history.json"]
     with replacing(written[0]) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(table[0]))
+        writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows({name: _no_formula(value) for name, value in row.items()} for row in table)
     write_text(written[1], json.dumps(as_dict(found), indent=1, ensure_ascii=False) + "\n")
@@ -68,7 +69,7 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
     except ImportError:
         return written
     kinds = {name: pa.string() for name in _TEXTS} | {"counts": pa.bool_()}
-    columns = {name: pa.array([row[name] for row in table], kinds.get(name, pa.float64())) for name in table[0]}
+    columns = {name: pa.array([row.get(name) for row in table], kinds.get(name, pa.float64())) for name in names}
     with replacing(folder / "history.parquet") as part:
         parquet.write_table(pa.table(columns), part, compression="zstd")
     return [*written, folder / "history.parquet"]

@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import made_up
 import numpy as np
@@ -23,6 +24,7 @@ from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create
 from etb_hil.store.address import QUEUE, STORE, StoreAddress, sessions_among
 from etb_hil.store.queue import Queue
+from etb_hil.store.run import Measured
 
 
 def results(session, value):
@@ -107,13 +109,29 @@ def test_tables_hold_every_run(tmp_path):
     assert len(number["control_chart"]["values"]) == 12
 
 
+def test_tables_hold_scenarios_that_measure_different_things(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra `history` is not installed")
+    check, more = made_up.run(1, "U1", 0.17), made_up.run(2, "U1", 0.17, scenario="End of line")
+    more = replace(more, numbers=more.numbers | {"step_delay_small_opening": Measured(0.02, 0.019, 0.021, None, 0.031)})
+    for runs in ([check, more], [more, check]):
+        write_tables(histories(runs), tmp_path)
+        with (tmp_path / "history.csv").open(encoding="utf-8", newline="") as file:
+            from_csv = {row["scenario"]: row["step_delay_small_opening"] for row in csv.DictReader(file)}
+        rows = parquet.read_table(tmp_path / "history.parquet").to_pylist()
+        assert from_csv == {"Friction check": "", "End of line": "0.02"}
+        assert {row["scenario"]: row["step_delay_small_opening"] for row in rows} == {
+            "Friction check": None,
+            "End of line": 0.02,
+        }
+
+
 def test_what_few_runs_do_not_tell_is_said_once():
     text = history_text(histories([made_up.run(k, f"U{k}", 0.17) for k in range(2)])[0], 20)
     assert text.count("Control chart") == text.count("Gauge R&R") == text.count("Drift") == 1
     assert text.index("Not enough runs for") < text.index(
         "Control chart  no limits from fewer than 8 units; there are 2."
     )
-    assert "T_st, break-away friction" not in text
+    assert "Break-away friction (T_st)" not in text
     assert "Not enough runs for" not in history_text(
         histories(made_up.production(9, 30, warm=30.0, benches=("x", "y")))[0], 5
     )
