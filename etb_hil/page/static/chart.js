@@ -1,5 +1,7 @@
 // Charts on a canvas: axes with ticks, limits as dashed lines, points and lines; colours from the style sheet.
 
+const LETTERS = 16; // px that a label above or below its line needs
+
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 function ticks(low, high, most) {
@@ -82,7 +84,10 @@ export function draw(canvas, { series, lines = [], xLabel, yLabel, xTick, yTick,
     pen.strokeStyle = pen.fillStyle = style("--bad");
     pen.lineWidth = 2;
     pen.beginPath(); pen.moveTo(from, atY(line.y)); pen.lineTo(to, atY(line.y)); pen.stroke();
-    if (line.label) { pen.textAlign = "right"; pen.textBaseline = line.y >= 0 ? "bottom" : "top"; pen.fillText(line.label, Math.min(to, width - right) - 4, atY(line.y) + (line.y >= 0 ? -2 : 2)); }
+    if (line.label) {
+      const above = line.y >= 0 ? atY(line.y) >= top + LETTERS : atY(line.y) > height - bottom - LETTERS;
+      pen.textAlign = "right"; pen.textBaseline = above ? "bottom" : "top"; pen.fillText(line.label, Math.min(to, width - right) - 4, atY(line.y) + (above ? -2 : 2));
+    }
   }
   pen.setLineDash([]);
   for (const mark of marks) {
