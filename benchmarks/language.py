@@ -32,6 +32,8 @@ BANNED = {
     r"of their like|past alone|not told yet": "of units, of the past only, not enough runs for",
     r"told from|measured by hand|however large": "distinguished from, measured at the bench, not detectable",
     r"puts? (?:it |them )?right|worse off|stands? for something else": "correct, increases the residual, approximates",
+    r"(?-i:stiction torques?)|break-away torques?": "break-away friction",  # the paper's table writes Stiction Torque
+    r"coulomb torques?|sliding torques?": "sliding friction",
     r"the house|rooms|the (?:whole )?door": "layers, packages, CI",
 }
 PATTERNS = {re.compile(rf"(?<![\w-])(?:{word})(?![\w-])", re.IGNORECASE): better for word, better in BANNED.items()}

@@ -52,6 +52,7 @@ QUICK = (
     "recording/test_tables",
     "replay/test_older_releases",
     "report/test_junit",
+    "report/test_names",
     "report/test_one_component",
     "report/test_plots",
     "report/test_wording",

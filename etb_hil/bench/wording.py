@@ -12,7 +12,7 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.bench.bench_reasons import BENCH_REASONS
 from etb_hil.bench.reason_text import REPLACE, Wording
 from etb_hil.bench.unit_reasons import AGAIN, UNIT_REASONS
-from etb_hil.diagnosis.measurement_registry import kind_of
+from etb_hil.diagnosis.measurement_registry import kind_of, name_of
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement
 from etb_hil.results.run_result import RunResult
@@ -75,7 +75,7 @@ def _known(reason_id: str, results: RunResult) -> Wording | None:
 
 
 def _within(results: RunResult) -> str:
-    named = [f"{_plain(one.id)} {shown.measured(one)} (limit {shown.limit(one)})" for one in results.judged]
+    named = [f"{one.name} {shown.measured(one)} (limit {shown.limit(one)})" for one in results.judged]
     more = f" and {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
     return f"Every measured value is within its limits: {', '.join(named[:_MOST_NAMED])}{more}."
 
@@ -90,8 +90,9 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
         kind = kind_of(of) if reason_id.endswith(ending) else None
         if kind is None:
             continue
-        name = _sentence(_plain(of))
-        one = _Shown(results.measurements.get(of))
+        found = results.measurements.get(of)
+        name = _sentence(name_of(of) if found is None else found.name)
+        one = _Shown(found)
         if ending == _BEYOND:
             todo = kind.too_high if one.is_high else kind.too_low
             return Wording(f"{name} is {one}; the limit is {one.limit}.", _sentence(todo, ".") or REPLACE)
@@ -102,7 +103,7 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
             return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)
         if ending == _WITHOUT_SIGNAL:
             return Wording(f"{name} needs a signal that this bench does not have.", _ADD_SIGNAL, True)
-        return _not_measured(name, results.measurements.get(of), _AGAIN_WITH if kind.phases else _SHOW_IT)
+        return _not_measured(name, found, _AGAIN_WITH if kind.phases else _SHOW_IT)
     return None
 
 
@@ -118,14 +119,6 @@ def _not_measured(name: str, one: Measurement | None, todo: str) -> Wording:
 def _sentence(text: str, end: str = "") -> str:
     """Return a text with a capital at its begin, and `end` behind it once."""
     return text[:1].upper() + text[1:].removesuffix(end) + end if text else ""
-
-
-def _plain(measurement_id: str) -> str:
-    kind = kind_of(measurement_id)
-    if kind is None:
-        return measurement_id
-    words = measurement_id.removeprefix(kind.id).strip("_").replace("_", ", ")
-    return f"{kind.plain or kind.name} ({words})" if words else kind.plain or kind.name
 
 
 def bench_wording(results: RunResult) -> Wording:

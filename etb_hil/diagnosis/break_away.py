@@ -58,7 +58,7 @@ class BreakAway:
 
 @dataclass(frozen=True, slots=True)
 class BreakAwayTorque:
-    """The mean break-away torque of both directions, with its 95 % interval.
+    """The mean break-away friction of both directions, with its 95 % interval.
 
     The mean is in N·m, from `count` break-aways, whose `rates` N·m/s lay between the two given. `per_decade` is by what
     share a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their intervals; None where the

@@ -24,9 +24,9 @@ class Estimate:
     """A value in SI with its 95 % interval, None where unknown.
 
     `note` says under which conditions it holds. Where a measurement gives several values, `suffix` sets their ids apart
-    (`T_st_at_rate_1`) and `name` their names. `may_pass` is False where the run saw too little of the unit for a pass.
-    `undecided` takes the place of the usual reason where the interval reaches over a limit; `if_failed` is added to the
-    reason of a fail.
+    (`T_st_at_rate_1`) and `name` their names; empty: the words of the suffix do. `may_pass` is False where the run saw
+    too little of the unit for a pass. `undecided` takes the place of the usual reason where the interval reaches over a
+    limit; `if_failed` is added to the reason of a fail.
     """
 
     value: float | None
@@ -52,10 +52,10 @@ Found = Estimate | Iterable[Estimate] | None
 class MeasurementKind:
     """The declaration of a measurement.
 
-    `id` names it in limits files, results and tables; `name` is what engineers call it, `plain` what technicians call
-    it, `unit` its SI unit. `compute` returns the value from what is known of a run, None where the run does not tell.
-    `order` sorts measurements for people, judged ones first. `source` is the definition: an equation, a standard, a
-    data sheet. `too_high` and `too_low` say what to do with a unit beyond the upper or lower limit; empty: replace it.
+    `id` names it in files; `name` is what every page, table and message calls it, `unit` its SI unit. `compute` returns
+    the value from what is known of a run, None where the run does not tell. `order` sorts measurements for people,
+    judged ones first. `source` is the definition: an equation, a standard, a data sheet. `too_high` and `too_low` say
+    what to do with a unit beyond the upper or lower limit; empty: replace it.
 
     `suffixes` is the pattern of what sets several values apart, as in `Estimate.suffix` without its underscore.
     `phases` are the kinds of phase that it is taken from, one of them at least; empty: the motion of the whole run.
@@ -71,7 +71,6 @@ class MeasurementKind:
     unit: str
     compute: Callable[[Findings], Found]
     order: int
-    plain: str = ""
     source: str = ""
     too_high: str = ""
     too_low: str = ""
@@ -83,6 +82,11 @@ class MeasurementKind:
     is_model_free: bool = False
     judged_at_rest_by: str = ""
     least_limit: float | None = None
+
+    def name_of(self, suffix: str, name: str = "") -> str:
+        """Return the name of a value, by `suffix` and `name` of its estimate."""
+        words = name or suffix.strip("_").replace("_", " ")
+        return f"{self.name} ({words})" if words else self.name
 
 
 def misstatements(kind: MeasurementKind, others: Collection[str]) -> list[str]:

@@ -61,6 +61,12 @@ def kind_of(measurement_id: str) -> MeasurementKind | None:
     )
 
 
+def name_of(measurement_id: str) -> str:
+    """Return the declared name of a measurement by its id, or the id itself."""
+    kind = kind_of(measurement_id)
+    return measurement_id if kind is None else kind.name_of(measurement_id.removeprefix(kind.id))
+
+
 @cache
 def phases_needed() -> frozenset[str]:
     """Return the kinds of phase whose samples some measurement is taken from."""

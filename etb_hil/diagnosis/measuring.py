@@ -25,7 +25,7 @@ class Measured:
 
 def failed_remarks(measured: Iterable[Measured]) -> list[Reason]:
     """Return a remark on the measurements whose plug-in failed."""
-    failed = [one.measurement.id for one in measured if isinstance(one.estimate, FailedEstimate)]
+    failed = [one.measurement.name for one in measured if isinstance(one.estimate, FailedEstimate)]
     return [Reason("measurement_failed", f"no value of {', '.join(failed)}")] if failed else []
 
 
@@ -39,7 +39,7 @@ def measure(run: Findings, limits: Limits) -> Iterator[Measured]:
                 low, high = limit.at_throttle(run.throttle.gear_ratio, run.zero.temperature)
             one = Measurement(
                 f"{kind.id}{estimate.suffix}",
-                estimate.name or kind.name,
+                kind.name_of(estimate.suffix, estimate.name),
                 estimate.value,
                 kind.unit,
                 estimate.low,

@@ -89,7 +89,7 @@ def _without_signal(name: str, kind: MeasurementKind, grounds: Grounds) -> Reaso
 
 
 def _named(name: str, kind: MeasurementKind) -> str:
-    return kind.name if name == kind.id else f"{kind.name} ({name})"
+    return kind.name_of(name.removeprefix(kind.id))
 
 
 def _not_measured(name: str, kind: MeasurementKind) -> Reason:

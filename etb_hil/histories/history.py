@@ -13,7 +13,7 @@ from datetime import datetime
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds, name_of
 from etb_hil.histories.capability import Capability, capability
 from etb_hil.histories.control_chart import ControlChart, control_chart
 from etb_hil.histories.distribution import Distribution, distribution
@@ -32,8 +32,6 @@ FRICTION = ("T_st", "T_c")  # what the table of runs and the plots over temperat
 class NumberHistory:
     """A measurement over the runs that count, in its SI `unit`.
 
-    `plain` is what technicians call it.
-
     `values` (n) as measured, `compared` (n) without temperature where known.
 
     `compared` is NaN where the law does not carry to 20 degC, and may be off by `uncertainty` (n) where it does, 95 %.
@@ -43,7 +41,7 @@ class NumberHistory:
     """
 
     id: str
-    plain: str
+    name: str
     unit: str
     at: list[int]
     values: Float64
@@ -120,7 +118,6 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     temperature taken out; all others are compared as measured.
     """
     kind = measurement_kinds().get(name)
-    plain = name if kind is None else kind.plain or kind.name
     is_friction = kind is not None and kind.is_friction
     stiction = None if kind is None else others.get(kind.friction_of)
     at = [k for k, run in enumerate(runs) if run.counts and name in run.numbers]
@@ -162,7 +159,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     if is_friction:
         risen = rises([runs[k].started for k in at], values, warmth, units, laws)
     return NumberHistory(
-        name, plain, _unit(name, runs), at, values, compared, uncertainty, effect, charted, chart, shape,
+        name, name_of(name), _unit(name, runs), at, values, compared, uncertainty, effect, charted, chart, shape,
         tolerance_limit(shape) if is_friction else None,
         None if chart is None else capability(chart, shape, low, high, common), low, high,
         None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,

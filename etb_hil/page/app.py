@@ -22,6 +22,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.files import write_bytes
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.page.guard import Guard
 from etb_hil.page.visitors import Rate, Visitor, Visitors
 from etb_hil.replays.progress import read_progress
@@ -90,7 +91,7 @@ class Page:
                 Route("/explanation/{run_id}", self._file(self._files.explanation, _REPORT_POLICY)),
                 Route("/download/{run_id}.{kind}", self._download),
                 Mount("/static", StaticFiles(directory=HERE / "static")),
-                Mount("/words", StaticFiles(directory=HERE / "words")),
+                Route("/words/{language}.json", _words),
                 WebSocketRoute("/live", self._socket),
             ],
             middleware=[Middleware(Guard, hosts=hosts, is_open=is_open)],
@@ -350,6 +351,18 @@ async def _until_closed(socket: WebSocket) -> None:
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         while True:
             await socket.receive_text()
+
+
+async def _words(request: Request) -> Response:
+    """Return the words of a language.
+
+    A measurement without words of its own there has the name of its declaration.
+    """
+    path = HERE / "words" / f"{request.path_params['language']}.json"
+    if path not in (HERE / "words").iterdir():
+        return Response(status_code=404)
+    declared = {f"measurement {kind.id}": kind.name for kind in measurement_kinds().values()}
+    return JSONResponse(declared | json.loads(path.read_text("utf-8")))
 
 
 async def _body(request: Request) -> dict[str, Any]:

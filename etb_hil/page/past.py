@@ -11,6 +11,7 @@ from typing import Any
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome
+from etb_hil.diagnosis.measurement_registry import name_of
 from etb_hil.histories.runs import runs_at
 from etb_hil.page.session_files import EXPLANATION, EXPLANATION_PAGE
 from etb_hil.report.html_report import REPORT_NAME
@@ -49,13 +50,16 @@ class Past:
         return {"runs": runs, "judged": len(judged), "passed": passed}
 
     def measured(self) -> list[dict[str, str]]:
-        """Return ids and units of what the last runs measured, those with a limit first."""
+        """Return id, name and unit of what the last runs measured.
+
+        What has a limit comes first.
+        """
         units: dict[str, tuple[bool, str]] = {}
         for run in self._latest(LAST):
             for name, one in run.numbers.items():
                 units[name] = (one.has_limit or units.get(name, (False, ""))[0], one.unit)
         ordered = sorted(units.items(), key=lambda item: (not item[1][0], item[0]))
-        return [{"id": name, "unit": unit} for name, (_, unit) in ordered]
+        return [{"id": name, "name": name_of(name), "unit": unit} for name, (_, unit) in ordered]
 
     def history(self, measurement: str) -> list[dict[str, Any]]:
         """Return the last `MOST` values of a measurement, oldest first.

@@ -21,13 +21,13 @@ _SLOW, _FAST = 0.15, 1.5  # times omega_s: below, friction is T_st within 2 % of
 
 
 def break_away_over_rate(series: ReportSeries, results: RunResult) -> Chart | None:  # noqa: ARG001 (one signature for all)
-    """Draw break-away torque over how fast the torque rose.
+    """Draw break-away friction over how fast the torque rose.
 
     The result is None where it rose equally everywhere.
     """
     if not len(series.ramp_rate):
         return None
-    panel = Panel("Break-away over rate", "break-away torque / N·m")
+    panel = Panel("Break-away friction over torque rate", "break-away friction / N·m")
     for sign, colour, marker, name in ((1.0, OPENING, "^", "opening"), (-1.0, CLOSING, "v", "closing")):
         way = sign * series.break_away_torque > 0.0
         rate, torque = series.break_away_rate[way], sign * series.break_away_torque[way]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from etb_hil.diagnosis.measurement_registry import name_of
 from etb_hil.report.explain_values import scale, words
 from etb_hil.results.explained.models import JudgedMeasurement
 from etb_hil.results.explained.residual import DataQuality
@@ -12,10 +13,9 @@ from etb_hil.results.explanation import ExplanationResult
 
 def friction_rows(found: ExplanationResult) -> list[dict[str, Any]]:
     """Return break-away and sliding friction in each model."""
-    names = {"stiction": "break-away", "coulomb": "sliding"}
     models = ("reference", "calibrated", "extended") if found.causes else ("reference", "calibrated")
     return [
-        {"name": names[name], "numbers": [f"{getattr(p, key):.4g} {p.unit}" for key in models]}
+        {"name": words(name), "numbers": [f"{getattr(p, key):.4g} {p.unit}" for key in models]}
         for name, p in found.friction.items()
     ]
 
@@ -36,7 +36,7 @@ def judged_sentences(found: ExplanationResult) -> list[str]:
 
 
 def _with_interval(name: str, number: JudgedMeasurement) -> str:
-    said = f"{name} {number.value:.3g} {number.unit}"
+    said = f"{name_of(name)} {number.value:.3g} {number.unit}"
     low, high = number.interval
     return said if low is None or high is None else f"{said} (95 %: {low:.3g} to {high:.3g})"
 

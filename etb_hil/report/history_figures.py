@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from etb_hil.histories.history import History, NumberHistory
 from etb_hil.report.chart import CLOSING, INK, MEASURED
 from etb_hil.report.drawing import STYLE, legend_below, new_figure
-from etb_hil.report.history_plot import draw_chart, draw_limits, draw_over_time, label_of
+from etb_hil.report.history_plot import at_temperature, draw_chart, draw_limits, draw_over_time, label_of
 
 _LEGEND_COLUMN = 1.6  # inches: a label of 20 characters
 
@@ -25,7 +25,7 @@ def over_time(history: History, number: NumberHistory, width_in: float) -> Figur
     """
     figure, (axes,) = new_figure(width_in, 3.4)
     draw_over_time(axes, history, number, named=True)
-    axes.set(xlabel="time (UTC)")
+    axes.set(title="By unit" + at_temperature(number), xlabel="time (UTC)")
     legend_below(figure, int(width_in / _LEGEND_COLUMN))
     return figure
 

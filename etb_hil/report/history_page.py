@@ -20,11 +20,12 @@ from etb_hil.histories.gauge import ENOUGH_CATEGORIES, GOOD, USABLE, GaugeStudy
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.report import history_figures
 from etb_hil.report.drawing import inline_svg
+from etb_hil.report.history_plot import in_units_shown
 from etb_hil.report.history_text import lacking, spread_text, statements
 from etb_hil.report.page_template import ours, render
 from etb_hil.report.show import printable, share
 from etb_hil.report.svg import PHONE_WIDTH, for_both_widths
-from etb_hil.results.shown import quantity
+from etb_hil.results.shown import heading, quantity
 from etb_hil.store.run import Run
 
 PAGE_NAME = "history.html"
@@ -71,7 +72,12 @@ class _Drawn:
 
 def _part(history: History, rows: int, drawn: _Drawn) -> dict[str, Any]:
     numbers = [number for number in history.numbers if number.at]
-    alarms = [f"{number.id}: {text}" for number in numbers for _, text in statements(number) if "ALARM" in text]
+    alarms = [
+        f"{heading(number.id, number.name)}: {text}"
+        for number in numbers
+        for _, text in statements(number)
+        if "ALARM" in text
+    ]
     runs = history.runs
     told = [_number(history, number, drawn) for number in numbers]
     tones = {tone for number in told for tone, _ in number["badges"]}
@@ -85,21 +91,20 @@ def _part(history: History, rows: int, drawn: _Drawn) -> dict[str, Any]:
         "benches": len({run.bench for run in runs}),
         "counting": sum(run.counts for run in runs),
         "numbers": told,
-        "measured": FRICTION,
+        "measured": [number.name for number in history.numbers if number.id in FRICTION],
         "rows": [_row(run) for run in reversed(runs[-rows:])],
         "earlier": max(len(runs) - rows, 0),
     }
 
 
 def _number(history: History, number: NumberHistory, drawn: _Drawn) -> dict[str, Any]:
-    has_chart = number.chart is not None
+    has_chart, drawable = number.chart is not None, in_units_shown(number)
     return {
-        "id": number.id,
-        "plain": number.plain,
+        "name": heading(number.id, number.name),
         "badges": _badges(number),
-        "over_time": drawn.both(lambda width: history_figures.over_time(history, number, width)),
-        "chart": drawn(history_figures.chart(number)) if has_chart else "",
-        "spread": drawn(history_figures.spread(number)) if has_chart else "",
+        "over_time": drawn.both(lambda width: history_figures.over_time(history, drawable, width)),
+        "chart": drawn(history_figures.chart(drawable)) if has_chart else "",
+        "spread": drawn(history_figures.spread(drawable)) if has_chart else "",
         "statements": [*statements(number), *lacking(number)],
         "gauge": None if number.gauge is None else _gauge(number.gauge, number.unit),
     }

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import matplotlib as mpl
@@ -16,11 +18,14 @@ from matplotlib.figure import Figure
 
 from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.history import FRICTION, History, NumberHistory
+from etb_hil.histories.temperature import REFERENCE
 from etb_hil.recording.samples import Int64
 from etb_hil.report.chart import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
 from etb_hil.report.drawing import STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable
+from etb_hil.results.shown import factor, sentence_case, unit_shown
 
+_LABEL = 32  # characters of a line along an axis
 _NAMED = 8  # units that are named; more would hide the data
 _MARKERS = "osD^vPX*"
 _COLOURS = (MEASURED, OPENING, CLOSING)
@@ -33,7 +38,7 @@ def plot_history(history: History, path: Path) -> None:
 
     Limits are drawn, too.
     """
-    names = [number for number in history.numbers if number.at or number.id in FRICTION]
+    names = [in_units_shown(number) for number in history.numbers if number.at or number.id in FRICTION]
     figure = Figure(figsize=(12.0, 4.4 * len(names)), layout="constrained")
     layout: list[Any] = [
         row for n in names for row in ([f"{n.id} time", f"{n.id} chart"],) * 2 + ([f"{n.id} time", f"{n.id} range"],)
@@ -43,6 +48,7 @@ def plot_history(history: History, path: Path) -> None:
     figure.suptitle(part, fontsize=11, color=INK)
     for place, number in enumerate(names):
         draw_over_time(axes[f"{number.id} time"], history, number, named=place == 0)
+        axes[f"{number.id} time"].set(title=sentence_case(number.name) + at_temperature(number))
         draw_chart(axes[f"{number.id} chart"], axes[f"{number.id} range"], number, named=place == 0)
     legend_below(figure, 5)
     save_png(figure, path)
@@ -53,8 +59,7 @@ def draw_over_time(axes: Axes, history: History, number: NumberHistory, *, named
 
     Units that were often tested have marks of their own.
     """
-    known = "" if number.temperature is None else " at 20 °C"
-    axes.set(title=f"{number.id}{known} by unit", ylabel=label_of(number))
+    axes.set(ylabel=label_of(number))
     if not number.at:
         say_empty(axes, "no run counts")
         return
@@ -88,12 +93,39 @@ def draw_over_time(axes: Axes, history: History, number: NumberHistory, *, named
 
 def label_of(number: NumberHistory) -> str:
     """Return what an axis of a measurement is called."""
-    return number.id if number.unit == "1" else f"{number.id} / {number.unit}"
+    return fill(f"{number.name} / {number.unit}" if number.unit else number.name, _LABEL)
+
+
+def at_temperature(number: NumberHistory) -> str:
+    """Return where values are drawn without temperature, behind the title of a plot."""
+    return "" if number.temperature is None else f" at {REFERENCE:.0f} °C"
+
+
+def in_units_shown(number: NumberHistory) -> NumberHistory:
+    """Return a history in the unit that people read, such as degrees, for its plots."""
+    by, chart, shape = factor(number.unit), number.chart, number.shape
+    return replace(
+        number,
+        unit=unit_shown(number.unit),
+        compared=by * number.compared,
+        chart=chart
+        and replace(
+            chart,
+            values=by * chart.values,
+            ranges=by * chart.ranges,
+            centre=by * chart.centre,
+            sigma=by * chart.sigma,
+            least=by * chart.least,
+        ),
+        shape=shape and replace(shape, low=by * shape.low, median=by * shape.median, high=by * shape.high),
+        limit_low=None if number.limit_low is None else by * number.limit_low,
+        limit_high=None if number.limit_high is None else by * number.limit_high,
+    )
 
 
 def draw_chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) -> None:
     """Draw the control chart of a measurement, and its moving ranges."""
-    values.set(title=f"Control chart of {number.id}, a point a unit", ylabel=label_of(number))
+    values.set(title="Control chart, a point a unit", ylabel=label_of(number))
     values.sharex(ranges)
     values.tick_params(labelbottom=False)
     ranges.set(xlabel="units in order of their latest runs", ylabel="moving range")

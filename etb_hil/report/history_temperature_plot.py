@@ -18,6 +18,7 @@ from etb_hil.recording.samples import Float64
 from etb_hil.report.chart import INK, LIMIT, MUTED
 from etb_hil.report.drawing import STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable
+from etb_hil.results.shown import sentence_case
 
 _NAMED = 6  # units that are named; more would hide the data
 _MARKERS = "osD^vP"
@@ -43,14 +44,16 @@ def plot_over_temperature(history: History, path: Path) -> bool:
 
 
 def _draw(axes: Axes, history: History, number: NumberHistory, *, named: bool) -> None:
-    axes.set(xlabel="temperature / °C", ylabel=f"{number.id} / N·m")
+    axes.set(xlabel="temperature / °C", ylabel=f"{number.name} / N·m")
     law = number.temperature
     if law is None:
-        axes.set_title(f"{number.id} over temperature")
+        axes.set_title(f"{sentence_case(number.name)} over temperature")
         say_empty(axes, "no law known: too few runs, or temperatures too close together")
         return
     low, high = 100.0 * law.low, 100.0 * law.high
-    axes.set_title(f"{number.id}: {100.0 * law.coefficient:+.2f} %/K (95 %: {low:+.2f} to {high:+.2f})")
+    axes.set_title(
+        f"{sentence_case(number.name)}: {100.0 * law.coefficient:+.2f} %/K (95 %: {low:+.2f} to {high:+.2f})"
+    )
     known = [place for place, at in enumerate(number.at) if history.runs[at].temperature is not None]
     warmth = np.array([history.runs[number.at[place]].temperature for place in known], dtype=np.float64)
     values, units = number.values[known], [history.runs[number.at[place]].serial for place in known]

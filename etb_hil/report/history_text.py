@@ -20,7 +20,7 @@ from etb_hil.histories.shift import RUN_LENGTH
 from etb_hil.histories.temperature import FEWEST as FEWEST_UNITS
 from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect
 from etb_hil.report.show import printable
-from etb_hil.results.shown import plain, quantity, unit_shown
+from etb_hil.results.shown import heading, plain, quantity, unit_shown
 
 WIDTH = 80
 TESTS = "Nelson's rules, EWMA and CUSUM"
@@ -36,17 +36,17 @@ def history_text(history: History, rows: int) -> str:
     for number in numbers:
         said = list(statements(number))
         if said:
-            lines += ["", f"{number.id}, {number.plain}"]
+            lines += ["", heading(number.id, number.name)]
             lines += [line for name, text in said for line in _entry(name, text)]
     missing: dict[tuple[str, str], list[str]] = {}
     for number in numbers:
         for entry in lacking(number):
-            missing.setdefault(entry, []).append(number.id)
+            missing.setdefault(entry, []).append(number.name)
     if missing:
         lines += ["", "Not enough runs for"]
-    for (name, text), ids in missing.items():
-        whose = "" if name == "Temperature" or len(ids) == len(numbers) else f"{', '.join(ids)}: "
-        lines += _entry(name, whose + text)
+    for (name, text), whose in missing.items():
+        is_of_all = name == "Temperature" or len(whose) == len(numbers)
+        lines += _entry(name, text if is_of_all else f"{', '.join(whose)}: {text}")
     return "\n".join(lines)
 
 

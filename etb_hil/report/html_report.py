@@ -191,6 +191,15 @@ def _highest(exceedances: tuple[Exceedance, ...]) -> list[Exceedance]:
     return sorted(highest, key=lambda e: e.start_s)
 
 
+def _id(one: Measurement) -> Markup:
+    """Return the id of a measurement, empty where the name says the same.
+
+    The id may break at an underscore.
+    """
+    shown_id = one.id if shown.says_more(one.id, one.name) else ""
+    return Markup("_<wbr>").join(escape(show.printable(shown_id, _LONGEST_PHRASE)).split("_"))
+
+
 _FILTERS: dict[str, Callable[..., Any]] = {
     "plain": shown.plain,
     "value": shown.value,
@@ -200,7 +209,7 @@ _FILTERS: dict[str, Callable[..., Any]] = {
     "seconds": lambda value: shown.quantity(value, "s"),
     "whole": _sentence,
     "unit_text": lambda unit: show.printable(shown.unit_shown(unit), _LONGEST_UNIT),
-    "id": lambda text: Markup("_<wbr>").join(escape(show.printable(text, _LONGEST_PHRASE)).split("_")),
+    "id": _id,
     "long": lambda text: escape(show.printable(text, _LONGEST_PHRASE)),
     "count": lambda value: shown.UNKNOWN if value is None else str(value),
 }

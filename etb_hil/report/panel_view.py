@@ -17,7 +17,7 @@ from etb_hil.report.panel_feed import PanelSnapshot
 from etb_hil.results import shown
 
 WIDTH = 80
-_BAR = 24
+_BAR = 20
 _WIDE_BAR = 40
 _NEAR = 0.85  # share of a limit from which a value is drawn as near it
 _SILENT_S = 2.0
@@ -72,7 +72,7 @@ def _progress(snapshot: PanelSnapshot) -> Text:
 
 
 def _measured(snapshot: PanelSnapshot) -> Table:
-    table = _grid(14, 16, 14, 16)
+    table = _grid(19, 13, 14, 16)
     table.add_row(Text("angle"), _value(snapshot.angle, "rad"), Text("velocity"), _value(snapshot.velocity, "rad/s"))
     table.add_row(
         Text("current"), _value(snapshot.current, "A"), Text("temperature"), _value(snapshot.temperature, "degC")
@@ -81,11 +81,11 @@ def _measured(snapshot: PanelSnapshot) -> Table:
 
 
 def _friction(snapshot: PanelSnapshot) -> Table:
-    table = _grid(14, 11, 16, _BAR + 8)
+    table = _grid(19, 10, 15, _BAR + 8)
     for name, value, limit in (
         ("friction", snapshot.friction, snapshot.friction_limit),
-        ("T_st so far", snapshot.stiction, snapshot.stiction_limit),
-        ("T_c so far", snapshot.coulomb, snapshot.coulomb_limit),
+        ("break-away friction", snapshot.stiction, snapshot.stiction_limit),
+        ("sliding friction", snapshot.coulomb, snapshot.coulomb_limit),
     ):
         table.add_row(Text(name), _value(value, "N·m"), Text(_limit(limit)), _against(value, limit))
     count = shown.UNKNOWN if snapshot.exceedances is None else str(snapshot.exceedances)

@@ -73,7 +73,8 @@ class Measurements(Mapping[str, Measurement]):
 
         Values with their intervals are in the units that people read.
         """
-        rows = [(one.id, one.name, *shown.in_words(one)) for one in self.values()]
+        named = [(one, one.name if shown.says_more(one.id, one.name) else "") for one in self.values()]
+        rows = [(one.id, name, *shown.in_words(one)) for one, name in named]
         widths = [max((len(row[k]) for row in rows), default=0) for k in range(4)]
         lines = ["  ".join(text.ljust(width) for text, width in zip(row, (*widths, 0), strict=True)) for row in rows]
         return "\n".join([f"Measurements: {len(rows)}", *(f"  {line}".rstrip() for line in lines)])

@@ -38,11 +38,16 @@ def plain(value: float | None, unit: str, decimals: int | None = None) -> str:
     """
     if value is None or not math.isfinite(value):
         return UNKNOWN
-    _, factor, usual = _SHOWN.get(unit, (unit, 1.0, None))
+    _, scale, usual = _SHOWN.get(unit, (unit, 1.0, None))
     places = usual if decimals is None else decimals
     if places is None:
         return f"{value:.0f}" if value >= 1e4 else f"{value:.4g}"
-    return f"{round(value * factor, places) + 0.0:.{places}f}"  # + 0.0: nothing is shown as -0.000
+    return f"{round(value * scale, places) + 0.0:.{places}f}"  # + 0.0: nothing is shown as -0.000
+
+
+def factor(unit: str) -> float:
+    """Return the factor from a value in an SI unit to the value that is shown."""
+    return _SHOWN.get(unit, (unit, 1.0))[1]
 
 
 def unit_shown(unit: str) -> str:
@@ -65,11 +70,11 @@ def decimals(one: Measurement) -> int | None:
     """
     if one.unit not in _SHOWN:
         return None
-    _, factor, usual = _SHOWN[one.unit]
+    _, scale, usual = _SHOWN[one.unit]
     needed = [usual]
     if one.low is not None and one.high is not None:
-        needed.append(_places(0.5 * (one.high - one.low) * factor, 1))
-    needed += [_places(limit * factor, 2) for limit in (one.limit_low, one.limit_high) if limit is not None]
+        needed.append(_places(0.5 * (one.high - one.low) * scale, 1))
+    needed += [_places(limit * scale, 2) for limit in (one.limit_low, one.limit_high) if limit is not None]
     return min(max(needed), _MOST_DECIMALS)
 
 
@@ -131,6 +136,22 @@ def in_words(one: Measurement) -> tuple[str, str, str]:
     within = interval(one)
     value_shown = f"{measured(one)} ({within})" if within else measured(one)
     return value_shown, limits(one), str(one.verdict or "")
+
+
+def heading(measurement_id: str, name: str) -> str:
+    """Return a measurement's name as a heading, with its id where that says more."""
+    said = sentence_case(name)
+    return f"{said} ({measurement_id})" if says_more(measurement_id, name) else said
+
+
+def sentence_case(text: str) -> str:
+    """Return a text with a capital at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
+def says_more(measurement_id: str, name: str) -> bool:
+    """Return whether an id says more than the name, not the same with underscores."""
+    return measurement_id.replace("_", " ").casefold() != name.replace("(", "").replace(")", "").casefold()
 
 
 def sentence(one: Measurement) -> str:

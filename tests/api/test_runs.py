@@ -30,7 +30,7 @@ def test_printed_measurements_are_a_table_with_limits_and_verdicts(faulty):
     assert first == f"Measurements: {len(faulty.measurements)}"
     said = {line.split()[0]: line for line in lines}
     assert said.keys() == set(faulty.measurements)
-    assert re.search(r"stiction torque T_st +0\.\d+ N·m \(0\.\d+ to 0\.\d+\) +at most 0\.260 +fail", said["T_st"])
+    assert re.search(r"break-away friction +0\.\d+ N·m \(0\.\d+ to 0\.\d+\) +at most 0\.260 +fail", said["T_st"])
 
 
 def test_a_healthy_unit_passes(healthy):

@@ -120,8 +120,8 @@ def test_what_a_value_lacks_decides_its_verdict(tmp_path, side, passes, fails):
     failed = UNDECIDED if fails is PASS else fails
     expected = (passes, unseen, failed, UNDECIDED, None, UNDECIDED, UNDECIDED, None)
     assert [found[f"made_{name}"].verdict for name in (*ALL, "free")] == list(expected)
-    assert (found["made_pass"].note, found["made_pass"].name) == ("as told", "made up")
-    assert (found["made_unseen"].note, found["made_unseen"].name) == ("", "of its own")
+    assert (found["made_pass"].note, found["made_pass"].name) == ("as told", "made up (pass)")
+    assert (found["made_unseen"].note, found["made_unseen"].name) == ("", "made up (of its own)")
 
 
 LIMITS = """\

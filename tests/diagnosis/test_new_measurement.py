@@ -1,5 +1,7 @@
 """A new measurement is one file: limits judge it, and results, report, JUnit, baseline and history show it."""
 
+import re
+
 import pytest
 
 from etb_hil.base.errors import InputError
@@ -8,10 +10,11 @@ from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.diagnosis import measurements
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
+from etb_hil.diagnosis.measurement_registry import measurement_kinds, name_of, phases_needed
 from etb_hil.histories.history import histories
 from etb_hil.histories.runs import read_runs
 from etb_hil.histories.tables import rows
+from etb_hil.report.history_page import write_history_page
 from etb_hil.report.html_report import write_report
 from etb_hil.report.junit import Reported, junit_text
 from etb_hil.report.verdict import verdict_text
@@ -32,7 +35,7 @@ def compute(run):
 
 
 MEASUREMENT = MeasurementKind(
-    id="dash_current", name="mean current of the dashes", plain="current in fast motion", unit="A", compute=compute,
+    id="dash_current", name="mean current of the dashes", unit="A", compute=compute,
     order=400, phases=frozenset({"dash"}), too_high="Look for a tight bearing.",
 )
 '''
@@ -72,14 +75,19 @@ def test_everything_shows_a_measurement_that_one_file_adds(tmp_path):
     assert measured.verdict is UnitVerdict.FAIL
     assert results.unit.verdict is UnitVerdict.FAIL
     assert results.unit.reason_id == "dash_current_beyond_limit"
-    assert "Current in fast motion is" in verdict_text(results)
+    assert "Mean current of the dashes is" in verdict_text(results)
     assert "Look for a tight bearing." in verdict_text(results)
     assert "mean current of the dashes" in write_report(results, finished.series, tmp_path).read_text("utf-8")
     assert '<testcase name="dash_current"' in junit_text([Reported(results)])
+    assert 'message="Mean current of the dashes is' in junit_text([Reported(results)])
+    assert re.search(r"dash_current +mean current of the dashes +1\.1", repr(results.measurements))
     assert "dash_current: {value: " in baseline_text(results, "a run")
     runs, _ = read_runs([tmp_path])
     (history,) = histories(runs)
     assert [one.id for one in history.numbers] == ["T_st", "T_c", "dash_current"]
+    page = write_history_page([history], tmp_path / "history.html", 5).read_text("utf-8")
+    assert "<h2>Mean current of the dashes (dash_current)</h2>" in page
+    assert name_of("dash_current") == "mean current of the dashes"
     assert rows([history])[0]["dash_current"] == measured.value
     assert {run.numbers["dash_current"].unit for run in runs} == {"A"}
 

@@ -66,7 +66,7 @@ def test_fail_outranks_inconclusive_and_that_outranks_pass(stiction, coulomb):
 
 def test_a_pass_says_every_value_and_where_the_plate_was_seen():
     _, reasons = conclude(both(), GROUNDS)
-    assert "T_st is 0.200 N·m" in reasons[0].text
+    assert f"{KINDS['T_st'].name} is 0.200 N·m" in reasons[0].text
     assert "seen from 11.5 deg to 74.5 deg" in reasons[0].text
     _, reasons = conclude(both(), replace(GROUNDS, seen=(math.nan, math.nan)))
     assert "seen from" not in reasons[0].text

@@ -97,7 +97,7 @@ def test_the_page_tells_the_units_trouble_codes_beside_what_was_measured(view):
     view.run(f"OK {STRANGE}", "faulty")
     assert view.text("headline") == "FAIL"
     codes = [line for line in view.text("further").splitlines() if "The unit reports P2119" in line]
-    assert "measured: stiction torque" in codes[0]
+    assert "measured: break-away friction" in codes[0]
     assert f"Serial OK {STRANGE}" in view.text("whose")
     assert STRANGE in view.text("holder")
     assert view.text("bench") == f"{STRANGE} · {STRANGE}"

@@ -95,7 +95,7 @@ def test_results_name_the_package_with_version_and_hash_and_a_replay_without_it_
 
 def test_its_observer_is_chosen_by_name(installed, judged):
     words = ["replay", _session(judged), "--observer", "differences"]
-    assert "T_st from slow sliding, live" in installed("-m", "etb_hil", *words, cwd=judged)  # which changed
+    assert "break-away friction, live" in installed("-m", "etb_hil", *words, cwd=judged)  # which changed
 
 
 def test_its_reader_opens_a_log(installed, judged):

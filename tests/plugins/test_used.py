@@ -65,7 +65,7 @@ def test_a_phase_is_run_and_a_measurement_is_judged_and_shown(part, scenario, li
     assert 0.1 < measured.value < 10.0
     assert measured.verdict is UnitVerdict.FAIL
     assert run.result.unit.reason_id == "nudge_current_beyond_limit"
-    assert "Current in small steps is" in str(run)
+    assert "Largest current of the nudges is" in str(run)
     assert "Look for a shaft that binds." in str(run)
     assert "largest current of the nudges" in run.report().read_text("utf-8")
     assert '<testcase name="nudge_current"' in junit_text([Reported(run.result)])

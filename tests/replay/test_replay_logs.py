@@ -73,8 +73,8 @@ def test_other_limits_change_what_the_table_says(live, tmp_path):
     generous.write_text(text.replace("0.26 N", "2.6 N").replace("0.20 N", "2.0 N"))
     again = replay(live.session.folder, limits=generous)
     rows = changes(live.results, again.results)
-    assert ("stiction torque T_st, upper limit", "0.260 N·m", "2.600 N·m") in rows
-    assert ("stiction torque T_st, verdict", "fail", "pass") in rows
+    assert ("break-away friction, upper limit", "0.260 N·m", "2.600 N·m") in rows
+    assert ("break-away friction, verdict", "fail", "pass") in rows
     assert ("exceedances", str(len(live.results.exceedances)), "0") in rows
     assert "before" in changes_text(rows)
     assert changes_text([]) == "  Nothing changed."
@@ -86,7 +86,7 @@ def test_values_that_differ_in_their_last_bits_are_told_with_all_digits(live):
     value = math.nextafter(stiction.value, math.inf)
     others = [one for one in live.results.measurements.values() if one.id != "T_st"]
     now = replace(live.results, measurements=Measurements([replace(stiction, value=value), *others]))
-    assert changes(live.results, now) == [("stiction torque T_st", f"{stiction.value!r} N·m", f"{value!r} N·m")]
+    assert changes(live.results, now) == [("break-away friction", f"{stiction.value!r} N·m", f"{value!r} N·m")]
 
 
 def test_parts_of_a_recording_are_judged_as_one(live, frames, tmp_path):

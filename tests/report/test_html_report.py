@@ -81,7 +81,7 @@ def test_break_away_at_several_rates_is_a_table_of_its_own(tmp_path):
     at_rates = tuple(
         Measurement(
             f"T_st_at_rate_{k}",
-            f"T_st breaking away at {k} N·m/s",
+            f"break-away friction over torque rate ({k} N·m/s)",
             0.17 + 1e-4 * k,
             "N·m",
             0.168,
@@ -95,11 +95,17 @@ def test_break_away_at_several_rates_is_a_table_of_its_own(tmp_path):
         measurements=Measurements((*sample_run.results().measurements.values(), *at_rates, unknown))
     )
     page = write_report(results, sample_run.series(), tmp_path).read_text("utf-8")
-    table = page[page.index("Break-away at each rate of the torque") :]
+    table = page[page.index("Break-away friction at each rate of the torque") :]
     table = table[: table.index("</table>")]
-    for shown in ("T_st breaking away at 2 N·m/s", "0.1702", "mean of 6", "0.168 to 0.172", "&lt;b&gt;"):
+    for shown in (
+        "break-away friction over torque rate (2 N·m/s)",
+        "0.1702",
+        "mean of 6",
+        "0.168 to 0.172",
+        "&lt;b&gt;",
+    ):
         assert shown in table
-    assert page.count("T_st breaking away at 2 N·m/s") == 1
+    assert page.count("break-away friction over torque rate (2 N·m/s)") == 1
 
 
 def test_nothing_in_the_page_points_outside_it(report):
@@ -142,7 +148,7 @@ def test_values_limits_and_grades_are_there():
     text = re.sub(r"(<[^>]*>|\s)+", " ", page.replace("<wbr>", ""))
     for expected in (
         "break-away friction T_st 0.567 N·m 0.563 to 0.571 at most 0.250 fail",
-        "return margin return_margin -0.217 N·m -0.227 to -0.207 at least 0.050 fail",
+        "return margin -0.217 N·m -0.227 to -0.207 at least 0.050 fail",
         "T_st 5.000 5.400 0.567 0.250 11.46 12.0 23.4 ramp opening",
         "error-active Load 61.4 % in the last 0.1 s, 66.0 % in the worst Error frames 0",
         "Error counters transmit unknown, receive 3 Dropped by the computer unknown",

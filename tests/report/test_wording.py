@@ -15,7 +15,7 @@ from etb_hil.bench.wording import (
     spring_or_friction,
     unit_wording,
 )
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import measurement_kinds, name_of
 from etb_hil.recording.recording import ClockGrade
 from etb_hil.report.grades import timing_facts
 from etb_hil.report.html_report import write_report
@@ -156,9 +156,19 @@ def worded(reason_id, one):
 
 
 def test_one_of_several_values_is_said_with_its_place():
-    one = Measurement("step_delay_small_opening", "delay", 0.035, "s", 0.034, 0.036, None, 0.031, UnitVerdict.FAIL)
+    one = Measurement(
+        "step_delay_small_opening",
+        name_of("step_delay_small_opening"),
+        0.035,
+        "s",
+        0.034,
+        0.036,
+        None,
+        0.031,
+        UnitVerdict.FAIL,
+    )
     found = worded("step_delay_small_opening_beyond_limit", one)
-    assert found.reason == ("Time until the plate follows a step (small, opening) is 0.0350 s; the limit is 0.0310 s.")
+    assert found.reason == "Step delay (small opening) is 0.0350 s; the limit is 0.0310 s."
     assert found.next_step == "Look at friction, winding resistance and the supply."
 
 

@@ -65,14 +65,14 @@ def test_the_unit_reports_its_code_beside_the_measurement(faulty):
     assert [code.code for code in found.codes_after] == ["P2119"]
     assert [(one.name, one.when, one.outcome) for one in found.routines] == [("learn_stops", "before", "done")]
     text = " ".join(verdict_text(results).split())
-    assert re.search(r"The unit reports P2119; measured: stiction torque T_st 0\.56\d N·m", text)  # 0.567 in truth
+    assert re.search(r"The unit reports P2119; measured: break-away friction 0\.56\d N·m", text)  # 0.567 in truth
     assert "spring torque above limp-home 0.3" in text
 
 
 def test_what_is_within_its_limits_is_as_it_should_be(tmp_path):
     chosen = files(bench="virtual_uds", unit="faulty", limits="end_of_line")
     text = " ".join(verdict_text(execute(prepare(chosen), tmp_path, "ETB-0042", 3).results).split())
-    assert re.search(r"The unit reports P2119; measured: stiction torque T_st 0\.56\d N·m \(allowed at most", text)
+    assert re.search(r"The unit reports P2119; measured: break-away friction 0\.56\d N·m \(allowed at most", text)
     assert re.search(r"spring torque above limp-home 0\.3[45]\d N·m as it should be", text)  # 0.350 in truth
 
 

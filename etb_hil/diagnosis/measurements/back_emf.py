@@ -22,7 +22,7 @@ def _back_emf(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="back_emf",
-    name="back-EMF constant K_e G_r",
+    name="back-EMF constant at the plate",
     unit="V·s/rad",
     compute=_back_emf,
     order=150,

@@ -1,4 +1,4 @@
-"""More T_st per ten times longer rest."""
+"""Increase of break-away friction per ten times longer rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _per_decade(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="break_away_per_decade",
-    name="more T_st per ten times longer rest",
+    name="increase of break-away friction per tenfold rest",
     unit="1",
     compute=_per_decade,
     order=70,

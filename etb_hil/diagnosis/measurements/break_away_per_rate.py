@@ -1,4 +1,4 @@
-"""More T_st per ten times quicker ramp."""
+"""Increase of break-away friction per ten times quicker ramp."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _per_rate(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="break_away_per_rate",
-    name="more T_st per ten times quicker ramp",
+    name="increase of break-away friction per tenfold rate",
     unit="1",
     compute=_per_rate,
     order=80,

@@ -31,7 +31,7 @@ def _bumps(run: Findings) -> Iterator[Estimate]:
             note=f"mean over {math.degrees(CELL):.3g} deg, the peak is higher; from "
             f"{math.degrees(bump.start):.1f} to {math.degrees(bump.end):.1f} deg",
             suffix=f"_{k}",
-            name=f"friction above the curve at {math.degrees(bump.angle):.1f} deg",
+            name=f"at {math.degrees(bump.angle):.1f} deg",
         )
 
 

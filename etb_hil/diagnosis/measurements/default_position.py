@@ -1,4 +1,4 @@
-"""The default position, where springs leave the plate.
+"""The limp-home position, where springs leave the plate.
 
 The plate is approached from both sides.
 """
@@ -35,11 +35,10 @@ def _compute(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="default_position",
-    name="default (limp-home) position",
+    name="limp-home position",
     unit="rad",
     compute=_compute,
     order=91,
-    plain="rest position of the plate without power",
     phases=frozenset({"release"}),
     roles=frozenset({"throttle_angle", "command_mode"}),
     is_model_free=True,

@@ -1,4 +1,4 @@
-"""How well the plate finds its default position, approached from both sides."""
+"""How well the plate finds its limp-home position, approached from both sides."""
 
 from __future__ import annotations
 
@@ -27,14 +27,13 @@ def _compute(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="default_position_spread",
-    name="spread of the default position",
+    name="spread of the limp-home position",
     unit="rad",
     compute=_compute,
     order=92,
-    plain="how far apart the rest positions without power lie",
     phases=frozenset({"release"}),
     roles=frozenset({"command_mode"}),
     is_model_free=True,
     source="largest less smallest rest, approached from both sides (range of ISO 230-2, bidirectional)",
-    too_high="look for a plate or a gear that sticks near the default position",
+    too_high="look for a plate or a gear that sticks near the limp-home position",
 )

@@ -37,7 +37,6 @@ MEASUREMENT = MeasurementKind(
     compute=_compute,
     order=104,
     suffixes=r"\d+",
-    plain="current that holds the plate",
     phases=frozenset({"hold"}),
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,

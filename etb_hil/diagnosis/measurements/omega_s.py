@@ -23,8 +23,7 @@ def _stribeck_velocity(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="omega_s",
-    name="Stribeck velocity omega_s",
-    plain="Stribeck velocity",
+    name="Stribeck velocity",
     unit="rad/s",
     compute=_stribeck_velocity,
     order=40,

@@ -17,11 +17,10 @@ def _compute(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="plate_sensor_deviation",
-    name="largest deviation, plate sensor from encoder",
+    name="largest deviation of the plate sensor",
     unit="rad",
     compute=_compute,
     order=105,
-    plain="how far the plate sensor is off at most",
     phases=frozenset({"ramp"}),
     roles=frozenset({"throttle_angle", "command_position"}),
     is_model_free=True,

@@ -20,11 +20,10 @@ def _compute(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="plate_sensor_hysteresis",
-    name="hysteresis, plate sensor against encoder",
+    name="hysteresis of the plate sensor",
     unit="rad",
     compute=_compute,
     order=106,
-    plain="how far the plate sensor differs by direction",
     phases=frozenset({"ramp"}),
     roles=frozenset({"throttle_angle", "command_position"}),
     is_model_free=True,

@@ -22,7 +22,7 @@ def _resistance(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="resistance",
-    name="resistance R_a",
+    name="winding resistance in motion",
     unit="ohm",
     compute=_resistance,
     order=160,

@@ -1,4 +1,4 @@
-"""Return margin: the weaker spring's preload less the break-away torque."""
+"""Return margin: the weaker spring's preload less break-away friction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ def _margin(run: Findings) -> Estimate | None:
 MEASUREMENT = MeasurementKind(
     id="return_margin",
     name="return margin",
-    plain="return margin",
     unit="N·m",
     compute=_margin,
     order=30,

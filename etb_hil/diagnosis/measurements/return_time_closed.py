@@ -24,7 +24,6 @@ MEASUREMENT = MeasurementKind(
     unit="s",
     compute=_compute,
     order=94,
-    plain="time to come back from the closed stop without power",
     phases=frozenset({"release"}),
     roles=frozenset({"command_mode"}),
     is_model_free=True,

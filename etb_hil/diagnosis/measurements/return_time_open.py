@@ -24,7 +24,6 @@ MEASUREMENT = MeasurementKind(
     unit="s",
     compute=_compute,
     order=93,
-    plain="time to come back from wide open without power",
     phases=frozenset({"release"}),
     roles=frozenset({"command_mode"}),
     is_model_free=True,

@@ -22,7 +22,6 @@ MEASUREMENT = MeasurementKind(
     unit="N·m/rad",
     compute=_compute,
     order=102,
-    plain="how the spring torque grows below limp-home",
     phases=frozenset({"ramp"}),
     roles=frozenset({"command_position"}),
     source="slope of the line through the mean of opening and closing torque; seed paper, fig. 3",

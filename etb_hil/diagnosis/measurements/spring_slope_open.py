@@ -22,7 +22,6 @@ MEASUREMENT = MeasurementKind(
     unit="N·m/rad",
     compute=_compute,
     order=101,
-    plain="how the spring torque grows above limp-home",
     phases=frozenset({"ramp"}),
     roles=frozenset({"command_position"}),
     source="slope of the line through the mean of opening and closing torque; seed paper, fig. 3",

@@ -22,7 +22,6 @@ MEASUREMENT = MeasurementKind(
     unit="N·m",
     compute=_compute,
     order=99,
-    plain="torque of the spring that closes the plate",
     phases=frozenset({"ramp"}),
     roles=frozenset({"command_position"}),
     source="line through the mean of opening and closing torque, at limp-home; seed paper, table I, T_open",

@@ -13,17 +13,16 @@ if TYPE_CHECKING:
 
 
 def _compute(run: Findings) -> Iterator[Estimate]:
-    return estimates(run, "delay", lambda response: response.delay)
+    return estimates(run, lambda response: response.delay)
 
 
 MEASUREMENT = MeasurementKind(
     id="step_delay",
-    name="delay",
+    name="step delay",
     unit="s",
     compute=_compute,
     order=95,
     suffixes=SUFFIXES,
-    plain="time until the plate follows a step",
     phases=frozenset({"step"}),
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,

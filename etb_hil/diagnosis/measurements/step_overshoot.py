@@ -13,17 +13,16 @@ if TYPE_CHECKING:
 
 
 def _compute(run: Findings) -> Iterator[Estimate]:
-    return estimates(run, "overshoot", lambda response: response.overshoot)
+    return estimates(run, lambda response: response.overshoot)
 
 
 MEASUREMENT = MeasurementKind(
     id="step_overshoot",
-    name="overshoot",
+    name="step overshoot",
     unit="1",
     compute=_compute,
     order=98,
     suffixes=SUFFIXES,
-    plain="how far the plate goes beyond its new position",
     phases=frozenset({"step"}),
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,

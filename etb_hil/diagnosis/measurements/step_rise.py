@@ -13,17 +13,16 @@ if TYPE_CHECKING:
 
 
 def _compute(run: Findings) -> Iterator[Estimate]:
-    return estimates(run, "10-90 % rise time", lambda response: response.rise)
+    return estimates(run, lambda response: response.rise)
 
 
 MEASUREMENT = MeasurementKind(
     id="step_rise",
-    name="10-90 % rise time",
+    name="step rise time",
     unit="s",
     compute=_compute,
     order=96,
     suffixes=SUFFIXES,
-    plain="time that a step takes",
     phases=frozenset({"step"}),
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,

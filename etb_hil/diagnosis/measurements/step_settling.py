@@ -13,17 +13,16 @@ if TYPE_CHECKING:
 
 
 def _compute(run: Findings) -> Iterator[Estimate]:
-    return estimates(run, "settling time", lambda response: response.settling)
+    return estimates(run, lambda response: response.settling)
 
 
 MEASUREMENT = MeasurementKind(
     id="step_settling",
-    name="settling time",
+    name="step settling time",
     unit="s",
     compute=_compute,
     order=97,
     suffixes=SUFFIXES,
-    plain="time until the plate stays at its new position",
     phases=frozenset({"step"}),
     roles=frozenset({"command_mode", "command_position"}),
     is_model_free=True,

@@ -29,8 +29,7 @@ def _coulomb(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="T_c",
-    name="Coulomb torque T_c",
-    plain="sliding friction",
+    name="sliding friction",
     unit="N·m",
     compute=_coulomb,
     order=20,

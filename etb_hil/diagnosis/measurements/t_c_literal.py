@@ -17,7 +17,7 @@ def _t_c_literal(run: Findings) -> Estimate:
 
 MEASUREMENT = MeasurementKind(
     id="T_c_literal",
-    name="friction beyond 2.15 omega_s",
+    name="friction above 2.15 Stribeck velocities",
     unit="N·m",
     compute=_t_c_literal,
     order=140,

@@ -17,7 +17,7 @@ def _t_c_live(run: Findings) -> Estimate:
 
 MEASUREMENT = MeasurementKind(
     id="T_c_live",
-    name="friction beyond 2.15 omega_s less viscosity",
+    name="sliding friction, live",
     unit="N·m",
     compute=_t_c_live,
     order=130,

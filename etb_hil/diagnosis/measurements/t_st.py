@@ -1,4 +1,4 @@
-"""Break-away (stiction) torque T_st."""
+"""Break-away friction T_st."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ def _stiction(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="T_st",
-    name="stiction torque T_st",
-    plain="break-away friction",
+    name="break-away friction",
     unit="N·m",
     compute=_stiction,
     order=10,

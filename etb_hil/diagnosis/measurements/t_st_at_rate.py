@@ -1,4 +1,4 @@
-"""Break-away torque at each rate of the torque."""
+"""Break-away friction at each rate of the torque."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ if TYPE_CHECKING:
 
 
 def _at_rates(run: Findings) -> Iterator[Estimate]:
-    """Yield the mean break-away torque of each group of ramps, slow ones first."""
+    """Yield the mean break-away friction of each group of ramps, slow ones first."""
     for k, (rate, found) in enumerate(at_rates(run.broken_away, None if run.dwell is None else run.dwell.factor), 1):
-        name = f"T_st breaking away at {rate:.2g} N·m/s"
-        yield replace(run.broken_away_at(found), note=f"mean of {found.count}", suffix=f"_{k}", name=name)
+        yield replace(
+            run.broken_away_at(found), note=f"mean of {found.count}", suffix=f"_{k}", name=f"{rate:.2g} N·m/s"
+        )
 
 
 MEASUREMENT = MeasurementKind(
     id="T_st_at_rate",
-    name="T_st breaking away",
+    name="break-away friction over torque rate",
     unit="N·m",
     compute=_at_rates,
     order=90,

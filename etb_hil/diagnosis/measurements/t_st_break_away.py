@@ -1,4 +1,4 @@
-"""Break-away torque after a rest."""
+"""Break-away friction after a rest."""
 
 from __future__ import annotations
 
@@ -30,8 +30,7 @@ def _break_away(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="T_st_break_away",
-    name="T_st from break-aways",
-    plain="break-away friction after a rest",
+    name="break-away friction after a rest",
     unit="N·m",
     compute=_break_away,
     order=60,

@@ -17,7 +17,7 @@ def _t_st_live(run: Findings) -> Estimate:
 
 MEASUREMENT = MeasurementKind(
     id="T_st_live",
-    name="T_st from slow sliding, live",
+    name="break-away friction, live",
     unit="N·m",
     compute=_t_st_live,
     order=110,

@@ -17,7 +17,7 @@ def _t_st_peak(run: Findings) -> Estimate:
 
 MEASUREMENT = MeasurementKind(
     id="T_st_peak",
-    name="highest estimate below omega_s",
+    name="highest friction below the Stribeck velocity",
     unit="N·m",
     compute=_t_st_peak,
     order=120,

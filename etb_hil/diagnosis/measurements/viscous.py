@@ -1,4 +1,4 @@
-"""Viscous coefficient sigma_2."""
+"""Viscous friction sigma_2."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ def _viscous(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="viscous",
-    name="viscous coefficient sigma_2",
-    plain="viscous friction",
+    name="viscous friction",
     unit="N·m·s/rad",
     compute=_viscous,
     order=50,

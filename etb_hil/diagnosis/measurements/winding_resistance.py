@@ -48,11 +48,10 @@ def _compute(run: Findings) -> Estimate | None:
 
 MEASUREMENT = MeasurementKind(
     id="winding_resistance",
-    name="winding resistance at 20 degC",
+    name="winding resistance at 20 °C",
     unit="ohm",
     compute=_compute,
     order=103,
-    plain="resistance of the motor and its connector",
     phases=frozenset({"home", "hold"}),
     roles=frozenset({"motor_voltage", "temperature", "command_mode", "command_position"}),
     is_model_free=True,

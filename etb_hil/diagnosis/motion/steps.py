@@ -49,11 +49,11 @@ class StepResponse:
     overshoot: Reading
 
     @property
-    def group(self) -> tuple[str, str]:
-        """The suffix of the step's size and direction, and their words."""
+    def group(self) -> str:
+        """The step's size and direction, as a suffix of ids."""
         size = "small" if abs(self.end - self.start) < SMALL else "large"
         way = "opening" if self.end > self.start else "closing"
-        return f"{size}_{way}", f"{size} step {way}"
+        return f"{size}_{way}"
 
 
 def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse]:
@@ -67,20 +67,17 @@ def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[St
                     yield found
 
 
-def estimates(run: Findings, words: str, reading: Callable[[StepResponse], Reading]) -> Iterator[Estimate]:
-    """Yield a value of the steps: the mean of each size and direction.
-
-    `words` name the value.
-    """
-    groups: dict[tuple[str, str], list[StepResponse]] = {}
+def estimates(run: Findings, reading: Callable[[StepResponse], Reading]) -> Iterator[Estimate]:
+    """Yield a value of the steps: the mean of each size and direction."""
+    groups: dict[str, list[StepResponse]] = {}
     for response in run.once(_responses):
         groups.setdefault(response.group, []).append(response)
-    for (suffix, name), responses in groups.items():
+    for suffix, responses in groups.items():
         mean, low, high = mean_with_interval([reading(response) for response in responses])
         first = responses[0]
         way = f"{math.degrees(first.start):.4g} to {math.degrees(first.end):.4g} deg"
         note = f"{way}, mean of {len(responses)}" if len(responses) > 1 else way
-        yield Estimate(max(mean, 0.0), max(low, 0.0), high, note, f"_{suffix}", f"{words}, {name}")
+        yield Estimate(max(mean, 0.0), max(low, 0.0), high, note, f"_{suffix}")
 
 
 def _responses(run: Findings) -> list[StepResponse]:

@@ -2,7 +2,7 @@
 
 import { draw } from "./chart.js";
 import { readTable, thinned, valueAt } from "./signals.js";
-import { clock, DEGREES, inDegrees, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
+import { clock, DEGREES, inDegrees, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const FIRST_SHOWN = ["throttle_angle", "command_position", "motor_current"];
@@ -143,7 +143,7 @@ function showResults() {
   fill("compared", head, [...new Set([...left.keys(), ...right.keys()])].map((id) => {
     const one = left.get(id), other = right.get(id), any = one ?? other;
     const both = one?.value != null && other?.value != null && one.unit === other.unit;
-    return [sayOr(`measurement ${id}`, any.name), [one ? shown(one.value, one.unit) : "–", "n"], [limitText(any), "n"], verdictCell(one),
+    return [measured(id, any.name), [one ? shown(one.value, one.unit) : "–", "n"], [limitText(any), "n"], verdictCell(one),
       ...(two ? [[other ? shown(other.value, other.unit) : "–", "n"], verdictCell(other), [both ? shown(other.value - one.value, one.unit) : "–", "n"]] : [])];
   }));
 }

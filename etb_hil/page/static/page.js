@@ -2,7 +2,7 @@
 
 import { draw } from "./chart.js";
 import { CODE, listen } from "./scanner.js";
-import { DEGREES, inDegrees, clock, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
+import { DEGREES, inDegrees, clock, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const MOST_POINTS = 5000;
@@ -148,10 +148,10 @@ function worded(outcome) {
   if (language === "en") return said;
   const plain = sayOr(`reason ${id}`, "");
   if (plain) return [plain, said[1]];
-  const one = outcome.measurements.find((measured) => id.startsWith(`${measured.id}_`)), general = one ? sayOr(`reason *${id.slice(one.id.length)}`, "") : "";
+  const one = outcome.measurements.find((each) => id.startsWith(`${each.id}_`)), general = one ? sayOr(`reason *${id.slice(one.id.length)}`, "") : "";
   if (!general) return said;
   const limit = one.limit_high !== null && (one.limit_low === null || one.value > one.limit_low) ? one.limit_high : one.limit_low;
-  const filled = { name: sayOr(`measurement ${one.id}`, one.name), value: shown(one.value, one.unit), limit: shown(limit, one.unit) };
+  const filled = { name: measured(one.id, one.name), value: shown(one.value, one.unit), limit: shown(limit, one.unit) };
   return [general.replace(/\{(\w+)\}/g, (whole, name) => filled[name] ?? whole), said[1]];
 }
 
@@ -201,11 +201,11 @@ function showNumbers(snapshot) {
   if (!isRunning() && about.outcome) {
     const urgency = (one) => (one.verdict === null ? 2 : one.verdict === "pass" ? 1 : 0);
     rows = about.outcome.measurements.filter((one) => one.value !== null || one.verdict).toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
-      sayOr(`measurement ${one.id}`, one.name), shown(one.value, one.unit), limitText(one), one.verdict]);
+      measured(one.id, one.name), shown(one.value, one.unit), limitText(one), one.verdict]);
   } else if (snapshot) {
     rows = [
-      [say("measurement T_st"), shown(snapshot.stiction, "N·m"), upper(snapshot.stiction_limit), judged(snapshot.stiction, snapshot.stiction_limit)],
-      [say("measurement T_c"), shown(snapshot.coulomb, "N·m"), upper(snapshot.coulomb_limit), judged(snapshot.coulomb, snapshot.coulomb_limit)],
+      [measured("T_st"), shown(snapshot.stiction, "N·m"), upper(snapshot.stiction_limit), judged(snapshot.stiction, snapshot.stiction_limit)],
+      [measured("T_c"), shown(snapshot.coulomb, "N·m"), upper(snapshot.coulomb_limit), judged(snapshot.coulomb, snapshot.coulomb_limit)],
       [say("friction_now"), shown(snapshot.friction, "N·m"), upper(snapshot.friction_limit), judged(snapshot.friction, snapshot.friction_limit)],
       [say("exceedances"), snapshot.exceedances === null ? "–" : String(snapshot.exceedances), "", null],
     ];
@@ -369,11 +369,11 @@ async function showHistory() {
   const mine = ++historyAsked;
   const answer = await fetch(`/api/history?measurement=${encodeURIComponent($("which").value || "T_st")}`);
   if (!answer.ok || mine !== historyAsked) return;
-  const { measured, values } = await answer.json();
+  const { measured: ids, values } = await answer.json();
   const chosen = $("which").value || "T_st";
-  $("which").replaceChildren(...measured.map((one) => Object.assign(element("option", sayOr(`measurement ${one.id}`, one.id)), { value: one.id })));
-  if (measured.some((one) => one.id === chosen)) $("which").value = chosen;
-  $("history").hidden = !measured.length;
+  $("which").replaceChildren(...ids.map((one) => Object.assign(element("option", measured(one.id, one.name)), { value: one.id })));
+  if (ids.some((one) => one.id === chosen)) $("which").value = chosen;
+  $("history").hidden = !ids.length;
   const last = values.at(-1) ?? {}, isAngle = (last.unit ?? "").startsWith("rad"), factor = isAngle ? DEGREES : 1;
   const lines = [];
   if (last.limit_high != null) lines.push({ y: last.limit_high * factor, label: say("limit") });

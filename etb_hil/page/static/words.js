@@ -24,6 +24,12 @@ export function say(key, values = {}) {
 // Return the words of a key where there are any, else the text that was given.
 export const sayOr = (key, text) => words[key] ?? text;
 
+// Return the name of a measurement in the page's language, or the one that it was declared with.
+export function measured(id, name = id) {
+  const said = sayOr(`measurement ${id}`, name);
+  return said.charAt(0).toUpperCase() + said.slice(1);
+}
+
 export function number(value, digits = 3) {
   if (value === null || value === undefined) return "–";
   const notation = value !== 0 && Math.abs(value) < 1e-3 ? "scientific" : "standard";

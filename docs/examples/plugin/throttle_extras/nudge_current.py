@@ -18,7 +18,6 @@ def compute(run: Findings) -> Estimate | None:
 MEASUREMENT = MeasurementKind(
     id="nudge_current",
     name="largest current of the nudges",
-    plain="current in small steps",
     unit="A",
     compute=compute,
     order=300,
