@@ -78,6 +78,7 @@ class Bench:
             self.bench, self.tap, self.clock, MODEL.values.gear_ratio, signals=self.signals, spent_ns=spent_ns,
             supply=None if supply is None else Condition.model_validate(supply), show=self.shown.append,
         )  # fmt: skip
+        assert self.beat.commanded is OFF
         self.tap.request(self.bench.measure)
         self.beat.supervisor.expect(self.bench.measure.signals, self.clock.now_ns())
         while not self.beat.supervisor.has_answered:
@@ -141,6 +142,12 @@ def test_without_a_set_point_nothing_is_sent_and_the_unit_is_watched(bench):
     assert (one.link.sent, one.beat.commanded) == (sent, HERE)
     one.link.state = BusState.ERROR_ACTIVE
     assert one.stopped(*[None] * 50).reason_id == "frames_stopped"
+
+
+def test_a_watchdog_that_trips_while_nothing_is_sent_on_purpose_is_not_the_hosts_doing(bench):
+    one = bench()
+    one.beat(HERE)
+    assert one.stopped(*[None] * 50).reason_id == "controller_fault"
 
 
 @pytest.mark.parametrize(("late", "burst"), [(20 * MS, True), (20 * MS + 1, False), (300_000 * 100, False)])
@@ -275,9 +282,10 @@ def test_frames_that_cannot_be_kept_end_the_run(bench, monkeypatch):
         one.beat(OFF)
 
 
-def test_a_watcher_is_told_eight_times_a_second(bench):
-    one = bench()
-    assert one.shown[0] == one.beat.start_ns + TICK
+@pytest.mark.parametrize(("rate", "tick_us", "every_ms"), [(100, 10_000, 130), (80, 12_500, 125)])
+def test_a_watcher_is_told_eight_times_a_second(bench, rate, tick_us, every_ms):
+    one = bench(change=lambda text: f"{text}command_rate: {rate} Hz\n")
+    assert one.shown[0] == one.beat.start_ns + 1_000 * tick_us
     for _ in range(40):
         one.beat(OFF)
-    assert {b - a for a, b in zip(one.shown, one.shown[1:], strict=False)} == {130 * MS}
+    assert {b - a for a, b in zip(one.shown, one.shown[1:], strict=False)} == {every_ms * MS}

@@ -4,6 +4,7 @@ import io
 import json
 import math
 import os
+import signal
 import sys
 import threading
 import time
@@ -194,6 +195,24 @@ def test_orders_come_line_by_line(pipe):
     assert (ended.value.reason_id, ended.value.reason) == ("", "")
 
 
+def test_a_program_is_heard_when_it_says_that_it_works(pipe):
+    orders, program, _ = pipe
+    assert orders.heard_s == -math.inf
+    begun = time.monotonic()
+    write(program, {"working": True})
+    while orders.heard_s == -math.inf and time.monotonic() < begun + 60.0:
+        time.sleep(0.001)
+    assert begun <= orders.heard_s <= time.monotonic()
+    assert orders.next(0.0) is None  # which is no order
+
+
+def test_the_thread_that_reads_orders_keeps_no_process_alive(pipe):
+    assert [
+        thread for thread in threading.enumerate() if thread is not threading.main_thread() and not thread.daemon
+    ] == []
+    assert pipe[0].next(0.0) is None
+
+
 def test_an_end_has_the_reason_that_the_program_gives(pipe):
     orders, program, _ = pipe
     write(program, {"end": "program_failed", "reason": "it failed"})
@@ -290,6 +309,25 @@ def test_a_process_runs_a_bench_from_its_first_line_to_its_last(commanded, tmp_p
     manifest = json.loads(session.read_text("utf-8"))
     assert manifest["serial"] == "A7"
     assert (tmp_path / "store.sqlite").exists() or list(tmp_path.glob("*.db"))
+
+
+def test_a_process_leaves_the_signals_as_they_were(commanded):
+    before = [signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)]
+    commanded({"end": "", "reason": ""})
+    assert [signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)] == before
+
+
+def test_what_is_printed_by_mistake_is_no_answer(commanded, monkeypatch):
+    is_stderr = []
+
+    def prints(*_, **__):
+        is_stderr.append(os.path.samestat(os.fstat(1), os.fstat(2)))
+        os.write(1, b"printed by mistake\n")
+        raise BenchFault("no bench")
+
+    monkeypatch.setattr(guided_process, "prepare", prints)
+    assert commanded() == [{"failed": "no bench", "kind": "BenchFault"}]
+    assert is_stderr == [True]
 
 
 def test_a_process_whose_orders_end_says_so(commanded):

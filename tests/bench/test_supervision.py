@@ -10,7 +10,8 @@ from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.safety_limits import SafetyLimits
-from etb_hil.bench.supervision import Supervisor
+from etb_hil.bench.supervision import OVER_CURRENT, TIMEOUT, Supervisor
+from etb_hil.controller.state import Fault
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.trajectory import SetPoint
@@ -109,6 +110,7 @@ def test_fault_bits_that_come_and_go_between_two_beats_are_heard(supervisor):
     trip = supervisor.look([samples(faults=[0.0, 4.0]), samples(faults=[math.nan, 0.0])])
     assert trip is not None
     assert (trip.reason_id, supervisor.faults) == ("controller_fault", 0)
+    assert "0x4" in trip.reason
     assert supervisor.look([samples(faults=[0.0])]) is None
 
 
@@ -256,6 +258,7 @@ def test_a_speed_is_held_against_its_limit_in_both_directions(supervisor, sign):
     [
         (SetPoint(Mode.POSITION, LIMITS.angle[0], -25.0, -16.0), True),
         (SetPoint(Mode.POSITION, LIMITS.angle[1], 25.0 * (1.0 + 5e-10), 16.0 * (1.0 + 5e-10)), True),
+        (SetPoint(Mode.POSITION, 0.5, 25.0 * (1.0 + 1e-9), 16.0 * (1.0 + 1e-9)), True),
         (SetPoint(Mode.POSITION, LIMITS.angle[0] - 1e-6), False),
         (SetPoint(Mode.POSITION, LIMITS.angle[1] + 1e-6), False),
         (SetPoint(Mode.POSITION, 0.5, 25.0 * (1.0 + 3e-9)), False),
@@ -290,6 +293,7 @@ def test_a_status_may_be_ten_times_as_old_as_a_sample(supervisor, status_ns, now
     trip = supervisor.age(now_ns)
     assert (trip and trip.reason_id) == reason
     assert trip is None or "status frame" in trip.reason
+    assert reason != "frames_stopped" or trip.reason.endswith("(allowed: 1000 ms)")
 
 
 @pytest.mark.parametrize(("age_ns", "reason"), [(100_000_000, None), (100_000_001, "frames_stopped")])
@@ -352,6 +356,36 @@ def test_the_newest_good_sample_counts(supervisor):
     assert supervisor.newest_ns == 12_000_000
     supervisor.look([samples(stamp_ns=20_000_000, **(good | {"motor_current": [math.nan] * 5}))])
     assert supervisor.newest_ns == 12_000_000
+    supervisor.look([samples(stamp_ns=30_000_000, **(good | {"motor_current": [1.0, 1.0, 1.0, 1.0, math.nan]}))])
+    assert supervisor.newest_ns == 33_000_000
+
+
+def test_before_the_first_sample_nothing_is_known(supervisor):
+    assert all(math.isnan(value) for value in (supervisor.current, supervisor.angle, supervisor.temperature))
+    assert (supervisor.velocity, supervisor.enabled, supervisor.faults) == (0.0, None, 0)
+
+
+def test_a_sample_of_before_the_run_says_by_how_much():
+    watched = Supervisor(LIMITS, GEAR, 1_000_000_000, reports_status=False)
+    watched.expect(["current"], 1_000_000_000)
+    watched.look([samples(stamp_ns=400_000_000, motor_current=[0.0])])
+    trip = watched.age(1_000_000_000)
+    assert trip.reason_id == "clock_stepped"
+    assert trip.reason == "a measured sample of motor current is stamped 600 ms before the run began"
+
+
+def test_what_is_read_by_request_may_pause_at_rest():
+    watched = Supervisor(LIMITS, GEAR, 0, reports_status=False, requested=["motor_current"])
+    watched.expect(["current", "encoder"], 0)
+    watched.look([samples(stamp_ns=500_000_000, motor_angle=[0.0], throttle_angle=[0.0])])
+    assert watched.age(500_000_000, moves=False) is None
+    for how in ({}, {"moves": True}):
+        assert "motor current for 500 ms" in watched.age(500_000_000, **how).reason
+    assert "motor angle for 101 ms" in watched.age(601_000_000, moves=False).reason
+
+
+def test_fault_bits_are_those_of_the_controller():
+    assert (TIMEOUT, OVER_CURRENT) == (Fault.TIMEOUT, Fault.OVER_CURRENT)
 
 
 def test_a_sample_may_be_a_tenth_of_a_second_old_where_the_bench_does_not_say():

@@ -94,6 +94,7 @@ def test_a_phase_ends_its_episode_and_names_it():
         (0.99, 0.3, ["T_st"]),
         (1.0, 0.3, []),  # on the falling part of the Stribeck curve no limit applies
         (2.14, 0.3, []),
+        (2.15, 0.3, []),
         (2.16, 0.3, ["T_c"]),
         (2.16, 0.19, []),
     ],
@@ -162,7 +163,8 @@ def test_next_to_a_stop_nothing_is_certain():
     for stop, inwards in ((THROTTLE.stop_low, 1.0), (THROTTLE.stop_high, -1.0)):
         blur = MODEL.tolerance("limp_home") + MODEL.tolerance("dead_zone") + 1e-3
         assert Stream().push([0.9] * 6, angle=stop + inwards * 0.99 * blur).found() == []
-        assert Stream().push([0.9] * 6, angle=stop + inwards * 1.01 * blur).found() == [("T_st", 0, 5)]
+        for share in (1.0, 1.01):
+            assert Stream().push([0.9] * 6, angle=stop + inwards * share * blur).found() == [("T_st", 0, 5)]
 
 
 def test_at_limp_home_the_springs_jump_may_be_off_by_the_angles_doubt():

@@ -287,6 +287,42 @@ def test_the_latest_run_that_can_be_compared_is():
     assert risen([0.2, 0.3], [math.nan] * 2).apart == ["u"]
 
 
+def units_with(slopes):
+    """Return values, temperatures and names of units, each tested at 20 and 40 degC, by their slopes."""
+    values = [value for slope in slopes for value in (1.0, math.exp(20.0 * slope))]
+    return values, [20.0, 40.0] * len(slopes), [f"unit {k // 2}" for k in range(len(values))]
+
+
+@pytest.mark.parametrize(("warmest", "apart"), [(45.0, []), (45.1, ["u"])])
+def test_a_law_compares_no_run_that_it_does_not_carry_to(warmest, apart):
+    values, warmth, units = units_with([-0.004] * 3)
+    law = math.exp(-0.004 * (warmest - 30.0))
+    told = risen([*values, 1.0, law], [*warmth, 30.0, warmest], [*units, "u", "u"])
+    assert told.apart == apart
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.9, []), (1.1, ["u"])])
+def test_a_rise_must_exceed_what_the_law_leaves_unsure(share, named):
+    values, warmth, units = units_with([-0.0039, -0.004, -0.0041])
+    law = unit_laws(np.array(values), np.array(warmth), units).together()
+    unsure = float(law.uncertainty(20.0))
+    assert unsure > 0.002
+    ratio = law.coefficient * 20.0 + LEVEL + share * unsure
+    told = risen([*values, 1.0, math.exp(ratio)], [*warmth, 20.0, 40.0], [*units, "u", "u"])
+    assert [one.unit for one in told.found] == named
+
+
+def test_a_unit_is_compared_by_the_law_of_the_others():
+    """The others depart by 8 % either way, so that 25 % of one unit count as scatter of a law."""
+    values, warmth, units = units_with([0.004, -0.004] * 32)
+    values += [1.0, math.exp(0.25)] + [1.0, 1.0] * 80
+    warmth += [20.0, 40.0] + [20.0, 20.0] * 80
+    units += ["u", "u", *(f"at rest {k // 2}" for k in range(160))]
+    assert "u" in unit_laws(np.array(values), np.array(warmth), units).name
+    (one,) = risen(values, warmth, units, ["2026-01-01"] * len(values)).found
+    assert (one.unit, one.rise) == ("u", pytest.approx(math.expm1(0.25)))
+
+
 def test_an_interaction_is_pooled_where_its_p_value_exceeds_a_quarter():
     sign = np.array([-1.0, 1.0])
     apart = 3.0 * sign[:, None, None] + sign[None, :, None] + 0.5 * sign[None, None, :]

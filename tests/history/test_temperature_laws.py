@@ -75,6 +75,12 @@ def test_the_middle_unit_is_that_of_the_weights():
     assert laws.name.tolist() == ["wide"]
 
 
+def test_the_middle_of_equal_units_is_their_median():
+    flat = {name: [(10.0, 0.0), (30.0, 0.0)] for name in "abc"}
+    laws = laws_of(fallen=[(10.0, 0.0), (30.0, -0.5)], **flat)
+    assert laws.name.tolist() == ["a", "b", "c"]
+
+
 def test_a_law_takes_out_what_it_says():
     effect = TemperatureEffect(-0.004, -0.0045, -0.0035, 5, 20, 10.0, 40.0)
     warmth = np.array([4.99, 5.0, 20.0, 30.0, 45.0, 45.01])

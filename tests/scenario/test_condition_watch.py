@@ -81,6 +81,12 @@ def test_a_clock_that_was_set_back_hides_no_sample_of_the_phase():
         assert fired.stamp_ns == 9 * MS
 
 
+def test_what_fired_first_stays():
+    watch = ConditionWatch(condition(above="2 A"), 0)
+    assert watch.push([block([1, 3]), block([4], start_ms=3)]).value == 3.0
+    assert watch.push([block([5], start_ms=4)]).value == 3.0
+
+
 def test_only_one_source_of_a_role_counts():
     watch = ConditionWatch(condition(above="2 A"), 0, "m")
     other = block([3])
@@ -102,6 +108,12 @@ def test_a_signal_settles_when_its_trend_is_flat():
     assert slope_at_middle == pytest.approx(0.5, rel=0.35)
     assert fired_at(wanted, np.full(900, 20.0), role="temperature") is None  # not seen for a second yet
     assert fired_at(wanted, np.full(1100, 20.0), role="temperature") == 1000
+
+
+@pytest.mark.parametrize(("within", "sign", "index"), [("5 A", 1.0, 20), ("5 A", -1.0, 20), ("4.9 A", -1.0, None)])
+def test_a_signal_settles_within_what_its_trend_changes_by_in_either_direction(within, sign, index):
+    """The ramp of 0.25 A a sample changes by 5 A in 20 ms."""
+    assert fired_at(condition(settles_within=within, over="20 ms"), sign * 0.25 * np.arange(60)) == index
 
 
 def test_half_a_kelvin_is_half_a_degree():
