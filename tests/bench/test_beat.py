@@ -5,6 +5,7 @@ import signal
 from dataclasses import replace
 
 import pytest
+from guards import Guard, guarded_bench
 
 from etb_hil.base.errors import RecordingFault
 from etb_hil.base.stock import find
@@ -17,6 +18,7 @@ from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.logs.blf import BlfLog
+from etb_hil.controller.state import Fault
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.plant.parameters import load_model
@@ -60,15 +62,17 @@ class Link:
 class Bench:
     """A virtual bench whose controller has woken."""
 
-    def __init__(self, folder, change=None, supply=None, spent_ns=0):
-        path = folder / "bench.yaml"
-        text = find("bench", "virtual_classic").read_text()
-        path.write_text(text if change is None else change(text))
+    def __init__(self, folder, change=lambda text: text, supply=None, spent_ns=0, guard=None, ambient=25.0):
+        path, plain = folder / "bench.yaml", find("bench", "virtual_classic")
+        path.write_text(change((plain if guard is None else guarded_bench(folder)).read_text()))
         setup = load_bench(path)
         self.bench, bus = setup.bench, setup.bench.bus
         network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
         self.switches, self.shown, self.folder = [], [], folder
-        network.attach(VirtualController(MODEL, setup.dialect, 1, on_switch=self.switches.append))
+        dialect = load_bench(plain).dialect  # without the guard, which is a node of its own
+        network.attach(VirtualController(MODEL, dialect, 1, on_switch=self.switches.append, ambient=ambient))
+        if guard is not None:
+            network.attach(guard)
         self.clock, self.link = network.clock, Link(VirtualLink(network))
         self.log, self.events = BlfLog(folder / "raw.blf", 0), EventLog(folder / "events.jsonl")
         analysis = Analysis(setup.dialect, MODEL, LIMITS, str(folder), observer=self.bench.observer, bus=bus)
@@ -246,6 +250,40 @@ def test_fault_bits_of_before_are_not_heeded_while_it_wakes(bench):
     one.beat(HERE, is_waking=True)
     assert one.beat.supervisor.faults
     assert one.stopped(OFF).reason_id == "host_late"
+
+
+def test_what_the_samples_say_outranks_the_duration(bench):
+    one = bench(change=lambda text: text.replace("duration: 10 min", "duration: 1 s"))
+    while one.clock.now_ns() < 910 * MS:
+        one.beat(OFF)
+    one.link.state = BusState.ERROR_PASSIVE
+    assert (one.stopped().reason_id, one.clock.now_ns()) == ("frames_stopped", 1_010 * MS)
+
+
+def test_a_fault_that_is_not_the_watchdogs_is_the_controllers_though_commands_were_late(bench):
+    one = bench(ambient=150.0, change=lambda text: text.replace("temperature: 110 degC", "temperature: 200 degC"))
+    one.stall(25 * MS)
+    one.beat(OFF, is_waking=True)
+    stopped = one.stopped(OFF)
+    assert (stopped.reason_id, one.beat.supervisor.faults) == ("controller_fault", int(Fault.OVER_TEMPERATURE))
+
+
+def test_an_open_interlock_is_no_matter_until_something_moves(bench):
+    one = bench(guard=Guard(0.0))
+    one.beat(OFF)
+    sent = one.link.sent
+    assert (one.stopped(HERE).reason_id, one.link.sent) == ("interlock_open", sent)
+    assert not one.switches
+
+
+def test_an_interlock_that_opens_while_something_moves_stops_the_run_within_the_beat(bench):
+    """Every second beat moves: of two instants to open a beat apart, one is in a beat that moves."""
+    last = set()
+    for opens in (0.5, 0.51):
+        one = bench(guard=Guard(opens))
+        assert one.stopped(*[HERE, OFF] * 50).reason_id == "interlock_open"
+        last.add(one.beat.commanded)
+    assert last == {HERE, OFF}
 
 
 def test_a_supply_outside_its_window_is_no_matter_until_something_moves(bench):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from guards import Guard, guarded_bench
 from whole_run import files
 
 from etb_hil.base.stock import find
@@ -11,43 +12,15 @@ from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.job import execute, prepare
 from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
-from etb_hil.canio.frames import FrameBlock
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.recording.samples import SampleBlock
 
 MS = 1_000_000
-GUARD = '\nBO_ 320 CellGuard: 1 EtbController\n SG_ Closed : 0|1@1+ (1,0) [0|1] "" Bench\n'
 
 
 @pytest.fixture
 def guarded(tmp_path):
-    """Return a bench file whose DBC has a guard of the cell."""
-    dbc = tmp_path / "guarded.dbc"
-    text = find("dbc", "etb_controller").read_text("utf-8")
-    first = text.index("\nBO_ ")
-    dbc.write_text(text[:first] + GUARD + text[first:], "utf-8")
-    bench = tmp_path / "guarded.yaml"
-    text = find("bench", "virtual_classic").read_text("utf-8").replace("dbc: etb_controller", "dbc: guarded.dbc")
-    bench.write_text(text.replace("  faults: Etb", "  interlock: CellGuard.Closed\n  faults: Etb"), "utf-8")
-    return bench
-
-
-class Guard:
-    """A node that reports the guard every 10 ms: open from `opens` s on, and nothing from `ends` s on."""
-
-    def __init__(self, opens, ends=1e9):
-        self.opens, self.ends, self.due_ns = opens, ends, 0
-
-    def run(self, until_ns, inbox):  # noqa: ARG002 (a node hears the bus, this one does not listen)
-        stamps = np.arange(self.due_ns, until_ns + 1, 10 * MS)
-        self.due_ns += 10 * MS * len(stamps)
-        stamps = stamps[stamps < self.ends * 1e9]
-        count = len(stamps)
-        data = (stamps < self.opens * 1e9).astype(np.uint8)[:, None]
-        return FrameBlock(
-            stamps, np.full(count, 320, np.uint32), np.zeros(count, np.uint8), np.ones(count, np.uint8), data,
-            np.zeros(count, np.uint8),
-        )  # fmt: skip
+    return guarded_bench(tmp_path)
 
 
 def run_behind(guard, guarded, tmp_path, monkeypatch):

@@ -11,9 +11,15 @@ import pytest
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.motor_balance import worst_residual
-from etb_hil.diagnosis.plausibility import DRIFT, ENCODER, MISSING, OFF_CURRENT, RATE, STEP_NS, TRACKS, Plausibility
+from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.samples import SampleBlock
+
+# As docs/reference/faults.md states them.
+TRACKS, ENCODER = 0.03, 0.05  # rad
+OFF_CURRENT = 0.03  # A
+MISSING, RATE = 0.05, 0.3  # of the time of motion, of the rate that was asked for
+STEP_NS, DRIFT = 20_000_000, 1e-3
 
 
 def rows(start, current, mode, rng):
@@ -145,6 +151,15 @@ def test_the_first_fifty_samples_tell_where_the_encoder_counts_from():
         record.columns[name][50:] += 1.2 * ENCODER
     (doubt,) = record.found()
     assert (doubt.id, "in 350 samples" in doubt.text) == ("angles_disagree", True)
+
+
+@pytest.mark.parametrize(("rows", "off"), [(slice(25, None), 1.2), (slice(50, 51), 60.0)])
+def test_no_more_and_no_less_than_fifty_samples_tell_where_the_encoder_counts_from(rows, off):
+    """The mean of half of them each leaves no sample off by more than 0.6 of the limit; the 51st counts no more."""
+    record = Record(count=400)
+    for name in ("throttle_angle", "throttle_angle_2"):
+        record.columns[name][rows] += off * ENCODER
+    assert record.ids() == []
 
 
 @pytest.mark.parametrize(("off", "seen"), [(0.09, False), (0.11, True)])
@@ -311,6 +326,28 @@ def test_each_request_has_its_own_rate():
     assert "at 1000 Hz; 2000 Hz" in doubts[0].text
 
 
+def test_a_rate_is_judged_before_the_next_request():
+    record = Record()
+    watch = Plausibility(MODEL)
+    watch.ask(2000.0, 0)
+    watch.ask(1000.0, int(record.stamp_ns[1_000]))
+    watch.push(record.block(), 0, moving=True)
+    assert ["at 1000 Hz; 2000 Hz" in doubt.text for doubt in watch.doubts()] == [True]
+
+
+def test_a_request_counts_from_its_stamp_though_it_is_known_before():
+    """Samples that are missing just before it are missing ones, however the stream is cut."""
+    record = Record()
+    asked_at = int(record.stamp_ns[1_500])
+    first, rest = record.block().select(slice(0, 1_000)), record.block().select(np.r_[1_000:1_150, 1_350:2_000])
+    watch = Plausibility(MODEL)
+    watch.ask(1000.0, 0)
+    watch.ask(1000.0, asked_at)
+    for block in (first, rest):
+        watch.push(block, 0, moving=True)
+    assert [doubt.id for doubt in watch.doubts()] == ["samples_missing"]
+
+
 def test_nothing_is_said_of_a_rate_that_nobody_asked_for():
     assert Record().ids(asked=0.0) == []
 
@@ -330,17 +367,31 @@ def test_a_host_clock_that_was_set(moved, seen, sign):
         assert parted == round(moved * (20 + 4))
 
 
+def test_a_first_sample_that_is_late_tells_no_delay():
+    record = Record(count=4_000)
+    record.time_ns = record.time_ns + 20_000 * MS
+    record.stamp_ns = record.time_ns + 200_000
+    record.stamp_ns[0] += 80 * MS
+    assert record.ids(moving=False) == []
+
+
 def test_frames_that_are_late_now_and_then_are_no_clock_that_was_set():
     record = Record(count=4_000)
     record.stamp_ns = record.stamp_ns + np.where(np.arange(4_000) % 7 == 3, 0, 80 * MS)
     assert record.ids() == []
 
 
-@pytest.mark.parametrize(("late", "seen"), [(400, False), (1_010, True)])
-def test_a_clock_is_judged_by_the_least_delay_of_half_a_second(late, seen):
+def test_a_clock_that_was_set_late_may_have_drifted_no_further():
+    record = Record(count=4_000)
+    record.stamp_ns[3_000:] += round(1.1 * (STEP_NS + DRIFT * 4_000 * MS))
+    assert record.ids(moving=False) == ["clocks_disagree"]
+
+
+@pytest.mark.parametrize(("first", "late", "seen"), [(2_010, 400, False), (2_240, 600, False), (2_010, 1_010, True)])
+def test_a_clock_is_judged_by_the_least_delay_of_half_a_second(first, late, seen):
     """What is late for less than that is a host that stalls; in more than two halves one of them is late as a whole."""
     record = Record(count=4_000)
-    record.stamp_ns[2_010 : 2_010 + late] += 80 * MS
+    record.stamp_ns[first : first + late] += 80 * MS
     assert record.ids() == (["clocks_disagree"] if seen else [])
 
 
@@ -382,6 +433,10 @@ def test_readings_of_a_coarse_sensor_may_well_be_equal():
     record.columns["motor_current"][300:1_500] = 0.4
     assert record.ids(model=replace(MODEL, sensors=sensors)) == []
     assert record.ids() == ["current_frozen"]
+    half = MODEL.sensors.model_copy(update={"current_step": 0.01, "current_noise": 0.005})
+    assert record.ids(model=replace(MODEL, sensors=half)) == ["current_frozen"]
+    exact = MODEL.sensors.model_copy(update={"current_step": 0.0, "current_noise": 0.0})
+    assert record.ids(model=replace(MODEL, sensors=exact)) == []
 
 
 def test_rows_without_current_or_angle_are_passed_over():
@@ -480,14 +535,15 @@ def test_a_gap_in_the_samples_is_no_contradiction_of_the_motor():
     assert driven(volts=math.nan, where=slice(3_000, 3_037)).ids() == []
 
 
-def test_motion_within_a_gap_is_in_no_window():
+@pytest.mark.parametrize("missing", [1, 10])
+def test_motion_within_a_gap_is_in_no_window(missing):
     """Within each gap the plate is turned by 0.04 rad: a window over it would have a velocity without a voltage."""
     whole = driven(count=8_000)
     for start in range(1_000, 7_000, 500):
-        whole.columns["motor_angle"][start + 5 :] += GEAR * 0.04
+        whole.columns["motor_angle"][start + missing // 2 :] += GEAR * 0.04
         for name in ("throttle_angle", "throttle_angle_2"):
-            whole.columns[name][start + 5 :] += 0.04
-    gaps = np.concatenate([np.arange(start, start + 10) for start in range(1_000, 7_000, 500)])
+            whole.columns[name][start + missing // 2 :] += 0.04
+    gaps = np.concatenate([np.arange(start, start + missing) for start in range(1_000, 7_000, 500)])
     without = np.setdiff1d(np.arange(8_000), gaps)
     assert "motor_balance" in whole.ids()
     unmeasured = driven(count=8_000)
