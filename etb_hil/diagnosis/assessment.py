@@ -31,7 +31,7 @@ JUDGED = 1  # code of ticks in phases whose motion is judged
 
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
 _SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
-_FEWEST = 60  # windows: 20 independent ones, for up to 18 parameters (`prior.py`)
+_FEWEST = 60  # windows: 20 independent ones, for up to 20 parameters (`prior.py`)
 _CLUSTER = 100  # ticks that share their noise: six windows long (benchmarks/interval_coverage.py)
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run, 0.07 mN·m at the stock plate

@@ -17,7 +17,7 @@ from etb_hil.diagnosis.bump_fit import excess_of, without_bumps
 from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.prior import Prior
+from etb_hil.diagnosis.prior import DISC_SINE, INERTIA, PRELOAD_OPEN, Prior
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.ripple import in_passes
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
@@ -169,7 +169,8 @@ def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) 
     first, last = float(time.min()), float(time.max())
     speed = np.searchsorted(_SPEEDS, np.abs(velocity))
     same_speed = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
-    springs = (np.sign(velocity) / steady_level(velocity, fit.parameters))[:, None] * evidence.errors[shown, 1:]
+    share_of_friction = np.sign(velocity) / steady_level(velocity, fit.parameters)
+    springs = share_of_friction[:, None] * evidence.errors[shown, PRELOAD_OPEN - INERTIA : DISC_SINE - INERTIA]
     share = (time - 0.5 * (last + first)) / (0.5 * (last - first))
     others = np.concatenate([same_speed, springs], axis=1)
     return _Slow(share, others, excess_of(evidence, fit)[shown], evidence.cluster[shown], first, last)

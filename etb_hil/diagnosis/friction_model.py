@@ -21,7 +21,7 @@ FRICTION_PARAMETERS = 6
 # Parameters of the law, behind those of the bench's model: the exponent of the Stribeck curve; by how many N·m friction
 # rises with a unit of the logarithm of the contacts' age; the way in rad that renews them; the age in s from which it
 # does.
-LOG_EXPONENT, AGEING, LOG_RENEWAL, LOG_ONSET = range(14, 18)
+LOG_EXPONENT, AGEING, LOG_RENEWAL, LOG_ONSET = range(16, 20)
 LAW_PARAMETERS = 4
 LOG_SQUARE = 0.6931471805599453  # the exponent 2 of the seed paper, eq. 2
 _EXPONENT_BY, _AGEING_BY, _RENEWAL_BY, _ONSET_BY = range(FRICTION_PARAMETERS, FRICTION_PARAMETERS + LAW_PARAMETERS)
@@ -185,7 +185,7 @@ def steady_level(omega: Float64, q: Float64) -> Float64:
 
 @njit(cache=True, error_model="numpy")
 def steady_by(omega: float, q: Float64) -> Float64:
-    """Return the derivatives (18) of the friction of steady sliding.
+    """Return the derivatives (20) of the friction of steady sliding.
 
     They are those at a velocity in rad/s.
     """

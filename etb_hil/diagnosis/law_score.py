@@ -28,7 +28,7 @@ _NO_AGE = 1e-9  # share of T_st: what contacts that do not age are differentiate
 
 
 def by_all_parameters(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Linearised:
-    """Return residuals and Jacobian by all parameters (18), at those of a fit."""
+    """Return residuals and Jacobian by all parameters (20), at those of a fit."""
     q = fit.parameters
     if q[AGEING] == 0.0:
         q = q.copy()

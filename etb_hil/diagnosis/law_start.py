@@ -35,7 +35,7 @@ _YOUNG = 0.01  # share of T_st a unit of the logarithm of age, at least
 
 
 def start_of_law(evidence: Evidence, law: Prior, free: Sequence[int], before: StribeckFit, weight: Float64) -> Float64:
-    """Return parameters (18) of a law, near its optimum.
+    """Return parameters (20) of a law, near its optimum.
 
     The law has the parameters `free`; `weight` (m) are the weights of sliding windows. What the windows do not tell by
     their speed is as it is in the fit `before`. So are all parameters where no grid point has a curve that falls.

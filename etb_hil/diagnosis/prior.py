@@ -31,12 +31,13 @@ from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64
 
 # Errors of the bench's model, behind the friction's own parameters: shares of the motor constant and of the inertia,
-# N·m of the preloads, N·m/rad of the slopes, A of the current's zero, s by which the current samples lag.
-CONSTANT, INERTIA, PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, OFFSET, LAG = range(
-    FRICTION_PARAMETERS, FRICTION_PARAMETERS + 8
+# N·m of the preloads, N·m/rad of the slopes, rad of the motor's angle by a disc of the encoder that is off centre, A of
+# the current's zero, s by which the current samples lag.
+CONSTANT, INERTIA, PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, DISC_SINE, DISC_COSINE, OFFSET, LAG = range(
+    FRICTION_PARAMETERS, LOG_EXPONENT
 )
-PARAMETERS = FRICTION_PARAMETERS + 8 + LAW_PARAMETERS
-USUAL = FRICTION_PARAMETERS + 8  # how many the paper's law has: the exponent is 2 there, and contacts do not age
+PARAMETERS = LOG_EXPONENT + LAW_PARAMETERS
+USUAL = LOG_EXPONENT  # how many the paper's law has: the exponent is 2 there, and contacts do not age
 
 _EVEN = 1.0 / math.sqrt(3.0)  # standard deviation of a value that lies anywhere inside +- 1
 _ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of them
@@ -51,11 +52,12 @@ _ANY_AGE = 1.0  # of the logarithms of the way that renews contacts and of the a
 # Sampled once a control period, just before the voltage steps, the current stands for the end of its period and not
 # for its mean: that is a shift by up to half a period, on top of what a sensor's filter delays.
 _ANY_LAG = 5e-4  # s
+_ANY_DISC = 0.02  # rad, of sine and cosine each: encoders' data sheets have up to 0.4 to 0.6 % of a turn
 
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Means (18) and inverse variances (18) of the fit's parameters.
+    """Means (20) and inverse variances (20) of the fit's parameters.
 
     `stribeck_velocity` in rad/s is the model's. The first `count` parameters are fitted; those behind have the values
     of their means.
@@ -93,6 +95,7 @@ def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, ba
         (SLOPE_CLOSE, "slope_close"),
     ):
         spread[index] = _EVEN * model.tolerance(name)
+    spread[[DISC_SINE, DISC_COSINE]] = _ANY_DISC
     spread[OFFSET] = offset_error
     spread[LAG] = _ANY_LAG
     precision = 1.0 / (np.maximum(spread, 1e-9) * np.maximum(spread, 1e-9))

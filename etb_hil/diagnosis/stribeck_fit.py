@@ -40,7 +40,7 @@ from etb_hil.diagnosis.windows import (
     window_means,
 )
 from etb_hil.observer.normal_equations import accumulate, inverse, product, times
-from etb_hil.plant.exactmath import log
+from etb_hil.plant.exactmath import log, sine_and_cosine
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
@@ -64,9 +64,10 @@ class Evidence:
     """The windows of a run as the fit takes them.
 
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
-    the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes add to
-    the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that share their noise.
-    `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows are fitted.
+    the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 7), what inertia, preloads, slopes and the
+    encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that
+    share their noise. `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows
+    are fitted.
     """
 
     motor: Float64
@@ -83,7 +84,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (18), what they may be off by, and the residual.
+    """The fitted parameters (20), what they may be off by, and the residual.
 
     The parameters are in the order of `prior`. `friction` (m) is what the windows say of friction once the model's
     errors are taken off; `residual` (m) N·m is how far that lies above the curve of that time, `jacobian` (m, p) its
@@ -113,7 +114,7 @@ class StribeckFit:
         return self.reach(weights) / TWO_SIDED_95
 
     def error_along(self, gradient: Float64) -> float:
-        """Return the standard error of what has this `gradient` (18).
+        """Return the standard error of what has this `gradient` (20).
 
         The result is the error that its 95 % interval has.
         """
@@ -152,11 +153,37 @@ def gather_evidence(
     motor = window_means(p.torque_per_ampere * current, WINDOW, windows)
     motor_rate = window_means(p.torque_per_ampere * ticks.current, RATE_KERNEL, windows)
     inertia = window_means(p.inertia * ticks.angle, ACCELERATION_KERNEL, windows)
-    errors = np.stack([inertia, *(window_means(column, TORQUE_KERNEL, windows) for column in basis)], axis=1)
+    springs = (window_means(column, TORQUE_KERNEL, windows) for column in basis)
+    errors = np.stack([inertia, *springs, *_by_disc(ticks, windows, p)], axis=1)
     load = window_means(spring, TORQUE_KERNEL, windows) + inertia
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
     return Evidence(motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them)
+
+
+def _by_disc(ticks: Ticks, windows: Windows, p: ThrottleParameters) -> tuple[Float64, Float64]:
+    """Return the load (m) that a disc off centre takes away.
+
+    The two results are for 1 rad of sine and of cosine of the motor's angle, by which the angle is read too large. They
+    are no friction: they push the same way in both directions of motion.
+    """
+    slope = np.where(ticks.angle > p.limp_home, p.slope_open, p.slope_close)
+
+    def load(wave: Float64) -> Float64:
+        inertia = window_means(p.inertia * wave, ACCELERATION_KERNEL, windows)
+        return -(inertia + window_means(slope * wave, TORQUE_KERNEL, windows)) / p.gear_ratio
+
+    sine, cosine = _waves(p.gear_ratio * ticks.angle)
+    return load(sine), load(cosine)
+
+
+@njit(cache=True, error_model="numpy")
+def _waves(angle: Float64) -> tuple[Float64, Float64]:
+    """Return sine and cosine (n) of angles (n) in rad."""
+    sine, cosine = np.empty(len(angle)), np.empty(len(angle))
+    for k in range(len(angle)):
+        sine[k], cosine[k] = sine_and_cosine(angle[k])
+    return sine, cosine
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
@@ -186,7 +213,7 @@ def refit(
     kinds_at: Float64 | None = None,
     little: float = 0.0,
 ) -> StribeckFit | None:
-    """Fit from parameters (18) that are near already, windows weighed by kind.
+    """Fit from parameters (20) that are near already, windows weighed by kind.
 
     None where the descent does not converge. Kinds are those at the parameters `kinds_at`, by default at the start. A
     descent that lowers -2 log posterior density by no more than `little` has converged.
@@ -258,7 +285,7 @@ def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class Linearised:
-    """Residuals (m) of the motor torque at parameters (18), and their Jacobian (m, p)."""
+    """Residuals (m) of the motor torque at parameters (20), and their Jacobian (m, p)."""
 
     parameters: Float64
     residual: Float64
@@ -266,7 +293,7 @@ class Linearised:
 
 
 def linearised(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> Linearised:
-    """Return residuals and Jacobian at parameters (18), by the first `count` of them.
+    """Return residuals and Jacobian at parameters (20), by the first `count` of them.
 
     The residuals are the measured torque less that which the parameters call for. The measured current is what carries
     the noise, so it stands alone: were it multiplied by a fitted constant, a smaller constant would shrink the noise

@@ -56,6 +56,13 @@ def test_gauss_from_a_value_nearby(x, away):
     assert abs(exactmath.gauss_near(x + away, x, known) - math.exp(-((x + away) ** 2))) <= 3e-12
 
 
+@given(st.floats(-1e5, 1e5))
+def test_sine_and_cosine(x):
+    sine, cosine = exactmath.sine_and_cosine(x)
+    assert abs(sine - math.sin(x)) <= 4e-16
+    assert abs(cosine - math.cos(x)) <= 4e-16
+
+
 def test_bits_are_those_of_every_machine():
     """A digest of 20 000 results: any processor, compiler or table that answers another bit fails here."""
     x = np.linspace(-40.0, 40.0, 10_001)
@@ -63,14 +70,22 @@ def test_bits_are_those_of_every_machine():
     assert hashlib.sha256(bits).hexdigest() == "d0e184d73b79c164275ada8d772629d5d1261fa942de8f56f22cd9582b66eac4"
 
 
+def test_bits_of_sine_and_cosine_are_those_of_every_machine():
+    """Likewise: a digest of 20 000 results."""
+    x = np.linspace(-1e3, 1e3, 10_001)
+    bits = np.array([exactmath.sine_and_cosine(v) for v in x]).astype("<f8").tobytes()
+    assert hashlib.sha256(bits).hexdigest() == "8e0e06a2852a095bdd8b6ee2257be844f6be7ebd3de5ff342bf08335df81e351"
+
+
 @pytest.mark.parametrize(
     ("kernel", "arguments"),
     [
         (exactmath.exp, (0.5,)),
         (exactmath.gauss, (0.5,)),
+        (exactmath.sine_and_cosine, (0.5,)),
         (advance, (new_state(0.3), np.ones(24), 1.0, 1)),
     ],
-    ids=["exp", "gauss", "advance"],
+    ids=["exp", "gauss", "sine and cosine", "advance"],
 )
 def test_the_compiler_fuses_nothing(kernel, arguments):
     """A fused multiply-add rounds once instead of twice: other bits where the processor has it."""
