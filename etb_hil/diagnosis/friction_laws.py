@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL
+from etb_hil.diagnosis.friction_model import AGEING, LOG_DAMPING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL, LOG_STIFFNESS
 from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence
 from etb_hil.diagnosis.law_start import start_of_law
 from etb_hil.diagnosis.prior import Prior
@@ -64,15 +64,18 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
     """
     # the residuals of the paper's law bound the noise and the model error of every law
     weight = weights_of_sliding(ticks, windows, evidence, usual)
+    sliding = replace(evidence, counts=weight > 0.0)
 
     def extended(by: _Fitted, at: Linearised, more: tuple[int, ...]) -> _Fitted | None:
         score = log_evidence(evidence, prior, at, by.free, more[0], weight)
         if score <= 0.0:
             return None
         free = (*by.free, *more)
-        law = _prior_of(prior, free)
+        ages = AGEING in free
+        law = _prior_of(prior if ages else _of_bristles(prior, usual), free)
         start = start_of_law(evidence, law, free, by.fit, weight)
-        fit = refit(ticks, windows, evidence, law, start, usual.parameters, LITTLE)
+        # Contacts age while bristles are bent. Of a curve over speed, bent bristles are wrong by more than it tells.
+        fit = refit(ticks, windows, evidence if ages else sliding, law, start, usual.parameters, LITTLE)
         if fit is None or fit.parameters[AGEING] < 0.0:
             return None
         return _Fitted(fit, law, free, _misfit(fit, law, weight), by.evidence + score)
@@ -93,6 +96,17 @@ def _prior_of(prior: Prior, free: tuple[int, ...]) -> Prior:
     law = replace(prior, count=max(free) + 1, precision=prior.precision.copy())
     law.precision[[one for one in (*_EXPONENT, *_AGES) if one not in free]] = _CERTAIN
     return law
+
+
+def _of_bristles(prior: Prior, fit: StribeckFit) -> Prior:
+    """Return a prior with the stiffness and damping that a fit found.
+
+    Windows that slide tell nothing of them.
+    """
+    found = replace(prior, mean=prior.mean.copy(), precision=prior.precision.copy())
+    for index in (LOG_STIFFNESS, LOG_DAMPING):
+        found.mean[index], found.precision[index] = fit.parameters[index], 1.0 / fit.error({index: 1.0}) ** 2
+    return found
 
 
 def _weighed(paper: _Fitted, others: Sequence[_Fitted]) -> list[Law]:
