@@ -18,10 +18,14 @@ _STIFF = 500.0  # 1/rad, sigma_0 / T_c: from there on, and where the force has k
 PER_CONTROL = 20  # samples in one period of the 1 kHz controller
 COUNTS_PER_TURN = 16384
 _OFF, _VOLTS, _TORQUE = 0, 1, 2
-LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP = 0.0, 1.0, 2.0
+LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP, GMS = 0.0, 1.0, 2.0, 3.0
 _BREAKS = 0.7  # share of T_c below which elasto-plastic bristles do not creep
 _ELEMENTS = ((0.5, 0.25), (0.3, 0.35), (0.2, 0.4))  # of Maxwell slip: shares of stiffness and of friction
 _PULLED = 2000.0  # 1/s, how fast an element that slips follows its limit
+# Share of its limit above which an element goes on slipping until the plate turns round (Al-Bender, Lampaert and
+# Swevers 2005, generalised Maxwell slip): between turns the limit rises by less than that in the time of _PULLED.
+# Plain Maxwell slip has 1: an element sticks again as soon as its limit rises.
+_SLIPS_ON = 0.97
 _TEETH = (1000.0, 0.1)  # N·m/rad and N·m s/rad of teeth that touch, where the gear has play
 _PLATE = 4e-5  # kg m^2 of the inertia that is the plate's
 
@@ -63,7 +67,7 @@ class Unit:
     bump_way: float = 0.0  # 1: bumps are met opening alone, -1: closing alone, 0: both ways
     drift: float = 0.0  # share of friction that a second adds, at first: grease that warms, cools or is run in
     drift_ends: float = 0.0  # s, time constant with which that comes to an end; 0: it goes on
-    law: float = 0.0  # of presliding: 0 LuGre, 1 elasto-plastic bristles, 2 Maxwell slip
+    law: float = 0.0  # of presliding: 0 LuGre, 1 elasto-plastic bristles, 2 Maxwell slip, 3 GMS
     dwell: float = 0.0  # share of T_st that friction gains with a unit of the logarithm of the contacts' age
     dwell_onset: float = 0.05  # s, age from which it does
     dwell_way: float = 3e-3  # rad over which contacts are renewed
@@ -103,14 +107,14 @@ def _creep(z, w, g, s0, tc):
 
 
 @njit(cache=True)
-def _slip(y, w, g, s0, s1, out):
+def _slip(y, w, g, s0, s1, slips, out):
     """Fill in the rates of Maxwell-slip elements, which are the states from 4 on; return their torque."""
     torque = 0.0
     for k in range(3):
         stiffness, limit = s0 * _ELEMENTS[k][0], g * _ELEMENTS[k][1]
         force = stiffness * y[4 + k]
         rate = w
-        if abs(force) >= limit and force * w >= 0.0:
+        if abs(force) >= slips * limit and force * w >= 0.0:
             rate = -_PULLED * (y[4 + k] - math.copysign(limit / stiffness, force))
         out[4 + k] = rate
         torque += force + s1 * _ELEMENTS[k][0] * rate
@@ -184,7 +188,9 @@ def _derivative(y, u, mode, p, out):
     for k in range(4, 7):
         out[k] = 0.0
     out[7] = 1.0 - y[7] * abs(w) / renewal
-    friction = (_slip(y, w, g, s0, s1, out) if law == MAXWELL_SLIP else s0 * z + s1 * dz_dt) + s2 * w
+    friction = (
+        _slip(y, w, g, s0, s1, _SLIPS_ON if law == GMS else 1.0, out) if law >= MAXWELL_SLIP else s0 * z + s1 * dz_dt
+    ) + s2 * w
     out[0] = w
     out[1] = (kt * i - friction - spring - stop) / j
     out[2] = dz_dt
@@ -215,7 +221,7 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
     """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
     y = np.array([limp_angle, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, limp_angle, 0.0])
     k1, k2, k3, k4, at = np.zeros(10), np.zeros(10), np.zeros(10), np.zeros(10), np.zeros(10)
-    substeps = 2 * SUBSTEPS if p[33] == MAXWELL_SLIP or p[19] > _STIFF * p[16] else SUBSTEPS
+    substeps = 2 * SUBSTEPS if p[33] >= MAXWELL_SLIP or p[19] > _STIFF * p[16] else SUBSTEPS
     h = SAMPLE_S / substeps
     r, ke, kt, limit = p[0], p[2], p[3], p[22]
     p, coulomb, stiction, drift, ends = p.copy(), p[16], p[17], p[31], p[32]

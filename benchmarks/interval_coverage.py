@@ -2,7 +2,7 @@
 
 Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
      [--bump [one|several|broad|dip|rise|ripple|drift]] [--exponent N] [--dwell SHARE] [--hot K]
-     [--presliding lugre|elasto-plastic|maxwell-slip]
+     [--presliding lugre|elasto-plastic|maxwell-slip|gms]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
@@ -29,6 +29,7 @@ import numpy as np
 from diagnosis_power import COPPER, LIMITS, MAGNETS, RISES, UNIT_SPREAD, healthy_design
 from independent_throttle import (
     ELASTO_PLASTIC,
+    GMS,
     LUGRE,
     MAXWELL_SLIP,
     SAMPLE_S,
@@ -41,7 +42,7 @@ from throttle_as_model import bench_model, rows_of
 from etb_hil.diagnosis.contradiction import GAIN
 from etb_hil.diagnosis.diagnosis import Diagnosis
 
-PRESLIDING = {"lugre": LUGRE, "elasto-plastic": ELASTO_PLASTIC, "maxwell-slip": MAXWELL_SLIP}
+PRESLIDING = {"lugre": LUGRE, "elasto-plastic": ELASTO_PLASTIC, "maxwell-slip": MAXWELL_SLIP, "gms": GMS}
 ONE_MOTOR = 0.002  # of K_t against K_e, one standard deviation
 
 
