@@ -119,8 +119,7 @@ class ExceedanceDetector:
         if phase != self._phase:
             self.close()
         self._phase = phase
-        closed = np.empty((len(time_ns) + 2, _EPISODE))
-        instants = np.empty((len(time_ns) + 2, 2), np.int64)
+        closed, instants = _room_for(len(time_ns) + len(KINDS))
         count = _detect(
             time_ns,
             current,
@@ -143,12 +142,12 @@ class ExceedanceDetector:
     def close(self) -> None:
         """End the episodes that are open, at their last sample; a phase has ended."""
         for kind in (STICTION, COULOMB):
-            closed, instants = np.empty((1, _EPISODE)), np.empty((1, 2), np.int64)
+            closed, instants = _room_for(1)
             if _end(kind, self._times, self._peaks, closed, instants, 0):
                 self._keep(closed[0], instants[0])
 
     def _keep(self, values: Float64, instants: Int64) -> None:
-        kind, peak, angle, velocity, temperature, allowance = (float(v) for v in values[:6])
+        kind, peak, angle, velocity, temperature, allowance = (float(v) for v in values)
         self.episodes.append(
             Exceedance(
                 KINDS[int(kind)],
@@ -163,6 +162,11 @@ class ExceedanceDetector:
                 self._phase,
             )
         )
+
+
+def _room_for(episodes: int) -> tuple[Float64, Int64]:
+    """Return arrays for what is kept of closed episodes, and for their instants."""
+    return np.empty((episodes, _EPISODE)), np.empty((episodes, 2), np.int64)
 
 
 @njit(cache=True, error_model="numpy")
