@@ -117,6 +117,14 @@ def test_plate_tracks_that_disagree(apart, samples, seen):
     assert not seen or f"in {samples} samples" in doubts[0].text
 
 
+def test_plate_tracks_may_differ_by_their_limit():
+    record = Record()
+    for name in ("throttle_angle", "throttle_angle_2"):
+        record.columns[name][:] = TRACKS
+    record.columns["throttle_angle_2"][100:200] = 0.0
+    assert record.ids() == []
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize(("apart", "samples", "seen"), [(1.05, 5, True), (1.05, 4, False), (0.95, 500, False)])
 def test_a_plate_that_parts_from_the_encoder(apart, samples, seen, sign):
@@ -334,6 +342,16 @@ def test_a_rate_is_judged_before_the_next_request():
     watch.ask(1000.0, int(record.stamp_ns[1_000]))
     watch.push(record.block(), 0, moving=True)
     assert ["at 1000 Hz; 2000 Hz" in doubt.text for doubt in watch.doubts()] == [True]
+
+
+def test_a_request_that_no_sample_followed_in_time_is_not_judged():
+    """The last fifty samples come within the tenth of a second in which a request is not yet heeded."""
+    record = Record()
+    watch = Plausibility(MODEL)
+    watch.ask(1000.0, 0)
+    watch.ask(500.0, int(record.stamp_ns[1_950]))
+    watch.push(record.block(), 0, moving=True)
+    assert watch.doubts() == []
 
 
 def test_a_request_counts_from_its_stamp_though_it_is_known_before():
