@@ -286,6 +286,15 @@ def test_an_interlock_that_opens_while_something_moves_stops_the_run_within_the_
     assert last == {HERE, OFF}
 
 
+def test_a_late_host_outranks_an_interlock_that_opens_meanwhile(bench):
+    guard = Guard(1e9)
+    one = bench(guard=guard)
+    one.beat(HERE)
+    guard.opens = one.clock.now_ns() * 1e-9 + 0.02
+    one.stall(60 * MS)
+    assert one.stopped(HERE).reason_id == "host_late"
+
+
 def test_a_supply_outside_its_window_is_no_matter_until_something_moves(bench):
     one = bench(supply=OUTSIDE)
     one.beat(OFF)
