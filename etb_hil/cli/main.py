@@ -82,6 +82,9 @@ def _process() -> int:
         code = _command(words)
     except SystemExit as left:  # argparse's
         code = left.code if isinstance(left.code, int) else 0
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # what comes while Python ends takes the place of no exit code
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     # A KeyboardInterrupt that passed through `exec` of a text, caught since or not, makes `python -m` end by SIGINT
     # (130) whatever is returned here. The next `exec` forgets it.
     exec("")  # noqa: S102

@@ -141,3 +141,22 @@ def test_only_the_last_exit_puts_the_handlers_back():
         os.kill(os.getpid(), signal.SIGTERM)
         assert signals.received == "SIGTERM"
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+ENDING = """
+import os, signal, sys, time
+from etb_hil.cli.main import main
+sys.argv = ["etb-hil", "schema", "nosuch"]
+code = main()
+os.kill(os.getpid(), getattr(signal, "{name}"))  # while Python ends
+time.sleep(0.05)
+sys.exit(code)
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_while_the_process_ends_does_not_replace_its_exit_code(name):
+    ended = subprocess.run(
+        [sys.executable, "-c", ENDING.format(name=name)], capture_output=True, text=True, check=False
+    )
+    assert (ended.returncode, "Traceback" in ended.stderr) == (2, False)
