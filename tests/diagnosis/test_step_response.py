@@ -35,7 +35,7 @@ def first_order(t):
 @pytest.mark.parametrize(("levels", "group"), [((0.5, 0.57, 0.5), "small"), ((0.3, 1.0, 0.3), "large")])
 def test_a_first_order_lag_behind_a_dead_time_is_measured_in_both_directions(levels, group, rate):
     opening, closing = step_responses([steps(levels, first_order, rate)], EXACT)
-    assert (opening.group[0], closing.group[0]) == (f"{group}_opening", f"{group}_closing")
+    assert (opening.group, closing.group) == (f"{group}_opening", f"{group}_closing")
     for found in (opening, closing):
         # The command came with a sample, which is at the end of what is known of it: between that and the one before.
         known = 0.5 * widths(found.delay) + 2e-5
