@@ -30,6 +30,7 @@ _STEPS = 4  # of a tick in which the speed changes fast: a straight line makes T
 _UNSTEADY = 0.1  # rad/s in a tick
 
 _SLOWEST = 1e-9  # rad/s
+_SHORT = 1e-4  # of the way that bends bristles to the full: below it, differences of near numbers lose digits
 _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks around
 
 
@@ -43,7 +44,8 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     `angle` (n) rad was measured at the ticks; `samples` (n) is how many samples each tick is the mean of: a box of that
     many widens a curve by its variance. `local` (n) is the factor on g where the plate was, 1 without a bump.
 
-    The bristles start relaxed and are carried exactly along the way (seed paper, eq. 2), their derivatives with them.
+    The bristles start relaxed and are carried along the way (seed paper, eq. 2), their derivatives with them. In each
+    step their level changes evenly.
     Each value is the mean under the triangle that reaches to the neighbouring ticks: that is what a second difference
     of angles answers to. Where the speed changes much within a tick, the motion between is a cubic in steps of a
     quarter. Contacts age while they rest and are renewed along the way (Dieterich 1979, Ruina 1983).
@@ -56,8 +58,9 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     n, parameters = len(angle), len(out) - 1
     out[:] = 0.0
     bristle = omega = age = age_by = 0.0
-    bristle_by, g_by = np.zeros(parameters), np.zeros(parameters)
+    bristle_by, before_by, g_by = np.zeros(parameters), np.zeros(parameters), np.zeros(parameters)
     torque, torque_after = np.zeros(1 + parameters), np.zeros(1 + parameters)
+    g = _level(0.0, local[0], q, inverse_speed, exponent, least, g_by)
     for k in range(n - 1):
         way = angle[k + 1] - angle[k]
         ahead = min(k + 2, n - 1)
@@ -72,18 +75,15 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
                 after, omega_after = _between(b, way, omega, omega_next)
             moved = after - before
             change = local[k + 1] - local[k]
-            here, beyond = local[k] + (a + b) * 0.5 * change, local[k] + b * change
-            older, older_by = age, age_by
-            if ages:
-                age, age_by = _aged(age, age_by, moved, TICK * share, inverse_way)
-            if moved != 0.0:
-                g = _level(moved / (TICK * share), here, q, inverse_speed, exponent, least, g_by)
-                if ages:
-                    g += _of_age(0.5 * (older + age), 0.5 * (older_by + age_by), here, q, inverse_onset, g_by)
-                bristle = _carried(bristle, bristle_by, g, g_by, moved, stiffness)
+            beyond = local[k] + b * change
+            g_before = g
+            before_by[:] = g_by
             g = _level(omega_after, beyond, q, inverse_speed, exponent, least, g_by)
             if ages:
+                age, age_by = _aged(age, age_by, moved, TICK * share, inverse_way)
                 g += _of_age(age, age_by, beyond, q, inverse_onset, g_by)
+            if moved != 0.0:
+                bristle = _carried(bristle, bristle_by, g_before, before_by, g, g_by, moved, stiffness)
             drag = stiffness * abs(omega_after) / g
             rate = omega_after - drag * bristle
             torque_after[0] = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
@@ -102,20 +102,37 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _carried(bristle: float, bristle_by: Float64, g: float, g_by: Float64, moved: float, stiffness: float) -> float:
-    """Return the bristles' deflection after a way in rad at a steady speed.
+def _carried(
+    bristle: float,
+    bristle_by: Float64,
+    g: float,
+    g_by: Float64,
+    h: float,
+    h_by: Float64,
+    moved: float,
+    stiffness: float,
+) -> float:
+    """Return the bristles' deflection after a way in rad.
 
-    Its derivatives are carried along in place.
+    The level goes evenly from g to h along the way. Were it held at its mean, bristles would follow a level that
+    changes with speed half a step late. Their derivatives are carried along in place.
     """
-    settled = g / stiffness if moved > 0.0 else -g / stiffness
-    ratio = stiffness * abs(moved) / g
+    side = 1.0 if moved > 0.0 else -1.0
+    mean = 0.5 * (g + h)
+    ratio = stiffness * abs(moved) / mean
     kept = exp_neg(ratio)
-    # d kept = -kept d ratio, d ratio = -ratio dg / g; the stiffness divides one and multiplies the other
-    follow = settled / g * (1.0 - kept) + (bristle - settled) * kept * ratio / g
+    early = (1.0 - kept) / ratio if ratio > _SHORT else 1.0 - 0.5 * ratio
+    # d early = early_by d ratio, d kept = -kept d ratio, d ratio = -ratio d mean / mean, and ratio by log stiffness
+    early_by = (kept - early) / ratio if ratio > _SHORT else ratio / 3.0 - 0.5
+    first, last = side * g / stiffness, side * h / stiffness
+    by_ratio = first * (early_by + kept) - last * early_by - bristle * kept
+    of_mean = -0.5 * by_ratio * ratio / mean
+    of_first, of_last = of_mean + side * (early - kept) / stiffness, of_mean + side * (1.0 - early) / stiffness
     for p in range(len(g_by)):
-        bristle_by[p] = bristle_by[p] * kept + follow * g_by[p]
-    bristle_by[LOG_STIFFNESS] -= follow * g
-    return settled + (bristle - settled) * kept
+        bristle_by[p] = bristle_by[p] * kept + of_first * g_by[p] + of_last * h_by[p]
+    settled = last * (1.0 - early) + first * (early - kept)
+    bristle_by[LOG_STIFFNESS] += by_ratio * ratio - settled
+    return settled + bristle * kept
 
 
 @njit(cache=True, error_model="numpy", inline="always")
