@@ -91,7 +91,7 @@ def test_friction_of_a_diagnosis_stands_with_its_interval(tmp_path):
     wide = {"reference": {"verdict": "pass", "measurements": numbers}, "text": "the verdict stays: pass"}
     friction = {"coulomb": dict.fromkeys(("reference", "calibrated", "extended"), 0.14) | {"unit": "N·m"}}
     page = write_explanation(DRY | {"diagnosis": wide, "friction": friction}, None, tmp_path).read_text("utf-8")
-    assert "T_c 0.0798 N·m (95 %: 0 to 0.172); pass." in page
+    assert "sliding friction 0.0798 N·m (95 %: 0 to 0.172); pass." in page
 
 
 def test_report_and_terminal_say_it(tmp_path, monkeypatch, capsys):

@@ -220,7 +220,7 @@ def test_what_it_costs_is_measured_and_said(runs):
     assert stiction.high - stiction.low > 1.5 * cyclic
     reason = next(one for one in finished.found.reasons if one.id == "read_by_request")
     assert "98 times a second" in reason.text
-    assert "T_st" in reason.text
+    assert "break-away friction" in reason.text
     page = render_page(finished.results, PLOTS, {})
     assert "Motor current (DID 0xd001)" in page
     assert "times as wide" in stiction.note
