@@ -46,6 +46,26 @@ def test_the_dry_run_sees_how_fast_the_plate_is_between_two_commands(stepping):
                 rehearse(scenario, bench, stock.model, stock.limits)
 
 
+@pytest.mark.parametrize(("velocity", "fits"), [(6.6, False), (10.0, True)])
+def test_the_dry_run_sees_how_the_springs_take_a_plate_that_still_moves_at_the_end(tmp_path, velocity, fits):
+    """Let go on its way to limp-home at 5 rad/s, the plate comes to 7 or 8 rad/s."""
+    job = job_of("virtual_classic", "default")
+    path = tmp_path / "moving.yaml"
+    until = "{role: throttle_angle, below: 20 deg, for: 0 s, otherwise: stop}"
+    path.write_text(
+        "schema: etb_hil/scenario/1\nname: Moving\nphases:\n"
+        "  - {id: up, kind: hold, position: 25 deg, duration: 0.2 s}\n"
+        f"  - {{id: down, kind: hold, position: 8 deg, duration: 0.2 s, approach: 5 rad/s, until: {until}}}\n"
+    )
+    limits = job.setup.bench.limits.model_copy(update={"velocity": velocity})
+    tight = job.setup.bench.model_copy(update={"limits": limits})
+    if fits:
+        rehearse(load_scenario(path), tight, job.model, job.limits)
+    else:
+        with pytest.raises(InputError, match=r"moving\.yaml:5: .*dry run .*plate at .* deg/s"):
+            rehearse(load_scenario(path), tight, job.model, job.limits)
+
+
 def test_the_dry_run_has_the_benchs_own_position_law(stepping):
     """PID overshoots to 55.15 deg, PD to 54.80."""
     angles = (math.radians(-2.0), math.radians(55.15))
