@@ -22,9 +22,9 @@ LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP, GMS = 0.0, 1.0, 2.0, 3.0
 _BREAKS = 0.7  # share of T_c below which elasto-plastic bristles do not creep
 _ELEMENTS = ((0.5, 0.25), (0.3, 0.35), (0.2, 0.4))  # of Maxwell slip: shares of stiffness and of friction
 _PULLED = 2000.0  # 1/s, how fast an element that slips follows its limit
-# Share of its limit above which an element goes on slipping until the plate turns round (Al-Bender, Lampaert and
-# Swevers 2005, generalised Maxwell slip): between turns the limit rises by less than that in the time of _PULLED.
-# Plain Maxwell slip has 1: an element sticks again as soon as its limit rises.
+# Share of its limit above which an element of generalised Maxwell slip goes on slipping (Al-Bender, Lampaert and
+# Swevers 2005: until the plate turns round). While the plate slides, a limit rises by less than the other 3 % in
+# 1 / _PULLED. Plain Maxwell slip has 1: an element sticks again as soon as its limit rises.
 _SLIPS_ON = 0.97
 _TEETH = (1000.0, 0.1)  # N·m/rad and N·m s/rad of teeth that touch, where the gear has play
 _PLATE = 4e-5  # kg m^2 of the inertia that is the plate's

@@ -14,12 +14,13 @@ import numpy as np
 from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
+from etb_hil.diagnosis.evidence import Evidence, gather_evidence
 from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
-from etb_hil.diagnosis.stribeck_fit import STICTION, Evidence, StribeckFit, fit_stribeck, gather_evidence
+from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import RATE_KERNEL, Windows, place_windows, window_means

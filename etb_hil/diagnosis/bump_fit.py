@@ -15,11 +15,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_map import CELL, FASTEST, Bump, find_bumps, friction_map
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.local_friction import local_means
 from etb_hil.diagnosis.prior import CONSTANT, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, fit_stribeck, widened_by
+from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, widened_by
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import HALF_WIDTH, Windows
 from etb_hil.recording.samples import Float64

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.diagnosis.bump_fit import excess_of, without_bumps
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -21,7 +22,7 @@ from etb_hil.diagnosis.prior import DISC_SINE, INERTIA, PRELOAD_OPEN, Prior
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.ripple import in_passes
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
+from etb_hil.diagnosis.stribeck_fit import StribeckFit, refit, widened_by
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.uneven_way import UnevenWay
 from etb_hil.diagnosis.windows import Windows

@@ -15,11 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import AGEING, LOG_DAMPING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL, LOG_STIFFNESS
 from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence
 from etb_hil.diagnosis.law_start import start_of_law
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import LITTLE, Evidence, Linearised, StribeckFit, refit, weights_of_sliding
+from etb_hil.diagnosis.stribeck_fit import LITTLE, Linearised, StribeckFit, refit, weights_of_sliding
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log

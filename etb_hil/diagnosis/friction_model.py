@@ -45,10 +45,10 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     many widens a curve by its variance. `local` (n) is the factor on g where the plate was, 1 without a bump.
 
     The bristles start relaxed and are carried along the way (seed paper, eq. 2), their derivatives with them. In each
-    step their level changes evenly.
-    Each value is the mean under the triangle that reaches to the neighbouring ticks: that is what a second difference
-    of angles answers to. Where the speed changes much within a tick, the motion between is a cubic in steps of a
-    quarter. Contacts age while they rest and are renewed along the way (Dieterich 1979, Ruina 1983).
+    step their level changes evenly. Each value is the mean under the triangle that reaches to the neighbouring ticks:
+    that is what a second difference of angles answers to. Where the speed changes much within a tick, the motion
+    between is a cubic in steps of a quarter. Contacts age while they rest and are renewed along the way (Dieterich
+    1979, Ruina 1983).
     """
     stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
     inverse_speed, exponent = exp(-q[LOG_SPEED]), _exponent(q)

@@ -15,9 +15,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import AGEING
 from etb_hil.diagnosis.prior import PARAMETERS, USUAL, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, Linearised, StribeckFit, linearised
+from etb_hil.diagnosis.stribeck_fit import Linearised, StribeckFit, linearised
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times

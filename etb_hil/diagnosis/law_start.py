@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import (
     AGEING,
     COULOMB,
@@ -23,7 +24,7 @@ from etb_hil.diagnosis.friction_model import (
     steady_level,
 )
 from etb_hil.diagnosis.prior import CONSTANT, USUAL, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.prior import CONSTANT
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.recording.samples import Float64, Int64
 
 CELL = 0.0175  # rad, 1 deg

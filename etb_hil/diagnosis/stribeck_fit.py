@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import (
     COULOMB,
     DROP,
@@ -30,18 +31,9 @@ from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, USUAL, Prior
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import (
-    ACCELERATION_KERNEL,
-    RATE_KERNEL,
-    TORQUE_KERNEL,
-    WINDOW,
-    Windows,
-    bend,
-    window_means,
-)
+from etb_hil.diagnosis.windows import WINDOW, Windows, window_means
 from etb_hil.observer.normal_equations import accumulate, inverse, product, times
-from etb_hil.plant.exactmath import log, sine_and_cosine
-from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64, Int64
 
 _STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
@@ -57,29 +49,6 @@ _KINDS = (0.02, 0.1, 0.5)
 _FEWEST = 100
 
 STICTION = {COULOMB: 1.0, DROP: 1.0}  # T_st as a sum of parameters
-
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """The windows of a run as the fit takes them.
-
-    `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
-    the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 7), what inertia, preloads, slopes and the
-    encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that
-    share their noise. `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows
-    are fitted.
-    """
-
-    motor: Float64
-    motor_rate: Float64
-    load: Float64
-    velocity: Float64
-    position: Float64
-    errors: Float64
-    per_ampere: float
-    cluster: Int64
-    over_time: Float64
-    counts: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,59 +100,6 @@ def _gradient(weights: Mapping[int, float]) -> Float64:
     for index, weight in weights.items():
         gradient[index] = weight
     return gradient
-
-
-def gather_evidence(
-    ticks: Ticks, windows: Windows, velocity: Float64, throttle: ThrottleParameters, cluster: Int64
-) -> Evidence:
-    """Return what the windows (m) hold; `velocity` (m) rad/s is theirs."""
-    p = throttle
-    above = ticks.angle > p.limp_home
-    distance = np.abs(ticks.angle - p.limp_home)
-    side = np.where(above, 1.0, -1.0)
-    opened, closed = np.where(above, 1.0, 0.0), np.where(above, 0.0, -1.0)
-    basis = (opened, closed, opened * distance, closed * distance)
-    spring = side * np.where(
-        above, p.preload_open + p.slope_open * distance, p.preload_close + p.slope_close * distance
-    )
-    # The bridge's voltage steps at ticks, and the current's slope with it. Under the triangle that a second difference
-    # answers to, that is 1/6, 4/6, 1/6 of single samples at the kinks, and 1/12, 10/12, 1/12 of means between them.
-    current = ticks.current.copy()
-    bend(current, 1.0 / 12.0, 1.0 / 12.0, ticks.samples)
-    motor = window_means(p.torque_per_ampere * current, WINDOW, windows)
-    motor_rate = window_means(p.torque_per_ampere * ticks.current, RATE_KERNEL, windows)
-    inertia = window_means(p.inertia * ticks.angle, ACCELERATION_KERNEL, windows)
-    springs = (window_means(column, TORQUE_KERNEL, windows) for column in basis)
-    errors = np.stack([inertia, *springs, *_by_disc(ticks, windows, p)], axis=1)
-    load = window_means(spring, TORQUE_KERNEL, windows) + inertia
-    level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
-    place = ticks.angle[windows.centre]
-    return Evidence(motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them)
-
-
-def _by_disc(ticks: Ticks, windows: Windows, p: ThrottleParameters) -> tuple[Float64, Float64]:
-    """Return the load (m) that a disc off centre takes away.
-
-    The two results are for 1 rad of sine and of cosine of the motor's angle, by which the angle is read too large. They
-    are no friction: they push the same way in both directions of motion.
-    """
-    slope = np.where(ticks.angle > p.limp_home, p.slope_open, p.slope_close)
-
-    def load(wave: Float64) -> Float64:
-        inertia = window_means(p.inertia * wave, ACCELERATION_KERNEL, windows)
-        return -(inertia + window_means(slope * wave, TORQUE_KERNEL, windows)) / p.gear_ratio
-
-    sine, cosine = _waves(p.gear_ratio * ticks.angle)
-    return load(sine), load(cosine)
-
-
-@njit(cache=True, error_model="numpy")
-def _waves(angle: Float64) -> tuple[Float64, Float64]:
-    """Return sine and cosine (n) of angles (n) in rad."""
-    sine, cosine = np.empty(len(angle)), np.empty(len(angle))
-    for k in range(len(angle)):
-        sine[k], cosine[k] = sine_and_cosine(angle[k])
-    return sine, cosine
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:

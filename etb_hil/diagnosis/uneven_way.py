@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.diagnosis.bump_fit import by_place, excess_of
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.ripple import in_passes, shared_by_passes
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.recording.samples import Float64
 
 # False and missed ones: benchmarks/interval_coverage.py, without --bump and with each of its kinds.

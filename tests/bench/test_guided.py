@@ -203,7 +203,7 @@ def test_a_program_is_heard_when_it_says_that_it_works(pipe):
     while orders.heard_s == -math.inf and time.monotonic() < begun + 60.0:
         time.sleep(0.001)
     assert begun <= orders.heard_s <= time.monotonic()
-    assert orders.next(0.0) is None  # which is no order
+    assert orders.next(0.0) is None  # it asks for nothing
 
 
 def test_the_thread_that_reads_orders_keeps_no_process_alive(pipe):

@@ -1,4 +1,4 @@
-"""A disc of the encoder off centre: a wave of the angle, once a turn of the motor, that is no friction."""
+"""A disc of the encoder off centre adds a wave to the angle, once a turn of the motor; friction stays as it is."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def half_width(number):
 @pytest.mark.parametrize("rate", [1000, 20000])
 @pytest.mark.parametrize("phase", [0.0, 1.6, 3.1])
 def test_friction_is_measured_nearly_as_well_as_with_a_centred_disc(phase, rate):
-    """What is left is that friction is read at a speed with a wave of 2 %."""
+    """It cannot be quite as well: the speed has a wave of 2 % too, at which friction is taken."""
     centred, found = measured(0.0, rate=rate), measured(0.02, phase, rate)
     for name, true in (("T_st", UNIT.stiction), ("T_c", UNIT.coulomb), ("viscous", UNIT.viscous)):
         number = found.measurements[name]
