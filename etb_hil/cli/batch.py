@@ -134,10 +134,7 @@ def _asked(question: str) -> str | None:
     None where there is none, or it ends the queue.
     """
     print(question, end="", flush=True)
-    try:
-        line = sys.stdin.readline()
-    except KeyboardInterrupt:
-        line = ""
+    line = _typed_line()
     text = line.strip()
     if line and text.lower() != QUIT:
         return text
@@ -160,11 +157,28 @@ def ask_again(serial: str) -> bool:
     Nothing moves until Enter is pressed.
     """
     print(f"Enter runs {printable(serial, 30) or 'the unit'} again, '{QUIT}' ends: ", end="", flush=True)
-    try:
-        line = sys.stdin.readline()
-    except KeyboardInterrupt:
-        line = ""
+    line = _typed_line()
     return bool(line) and line.strip().lower() != QUIT
+
+
+def _typed_line() -> str:
+    """Return the next line; empty at the end of input and for Ctrl-C, which says that there is no more.
+
+    A terminal that is gone and a service manager that ends the command say nothing about units: KeyboardInterrupt.
+    """
+    try:
+        return _read_line(sys.stdin)
+    except KeyboardInterrupt as interrupt:
+        if interrupt.args:  # the name of a signal; Ctrl-C has none
+            raise
+        return ""
+
+
+def _read_line(source: TextIO) -> str:
+    try:
+        return source.readline()
+    except OSError as error:  # a terminal that is gone; its SIGHUP comes just before or after
+        raise KeyboardInterrupt("SIGHUP") from error
 
 
 def wrapped(text: str) -> str:
@@ -179,7 +193,7 @@ def read_serial(source: TextIO) -> str:
     """
     if source.isatty():
         print("Serial number, then Enter: ", end="", file=sys.stderr, flush=True)
-    return checked_serial(source.readline().strip())
+    return checked_serial(_read_line(source).strip())
 
 
 def checked_serial(text: str) -> str:

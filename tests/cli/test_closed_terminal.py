@@ -50,7 +50,15 @@ def test_a_terminal_closed_before_a_queue_begins_leaves_nothing_behind(tmp_path)
     (tmp_path / "held.yaml").write_text(SCENARIO)
     terminal = Terminal(tmp_path, *ETB_HIL, "run", "held.yaml", "--batch")
     terminal.until("'q' ends):")
-    assert terminal.close() != 0
+    assert terminal.close() == 5
+    assert not (tmp_path / "sessions").exists()
+
+
+def test_a_terminal_closed_before_a_serial_number_is_typed_leaves_nothing_behind(tmp_path):
+    (tmp_path / "held.yaml").write_text(SCENARIO)
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", "held.yaml", "--serial", "-")
+    terminal.until("then Enter:")
+    assert terminal.close() == 5
     assert not (tmp_path / "sessions").exists()
 
 
