@@ -14,8 +14,9 @@ the motion. `uneven way` counts the runs that say so.
 Friction is the paper's unless: `--exponent`, it falls like exp(-x^N); `--dwell`, it gains that share of T_st with a
 unit of ln(1 + age of the contacts / 50 ms), the truth being that of no age; `--presliding` names what bends before it
 slides.
-With `--hot` the motor is by so many kelvin warmer than the housing. Verdicts are held against the true T_st (bump
-included), T_c and return margin: a false FAIL has all of them within the stock limits, a false PASS one beyond.
+With `--hot` the motor is by so many kelvin warmer than the housing. Verdicts are held against the true T_st of all
+places, T_c, and the least that a spring has over the T_st of its place: a false FAIL has all of them within the stock
+limits, a false PASS one beyond.
 """
 
 from __future__ import annotations
@@ -131,10 +132,22 @@ def agreement(stiction, coulomb, margin, result):
 
 
 def agreement_of(unit, result):
-    """Return how the verdict on a unit agrees with the truth, see `agreement`."""
-    margin = min(unit.preload_open, unit.preload_close) - unit.stiction
-    highest = unit.stiction * (1.0 + max(unit.bump, 0.0))  # a place beyond the limit fails a unit as well
-    return agreement(highest, unit.coulomb, margin, result)
+    """Return how the verdict on a unit agrees with the truth, see `agreement`.
+
+    A place beyond a limit fails a unit as well.
+    """
+    angles = np.arange(unit.stop_low, unit.stop_high, 1e-3)
+    away = angles - unit.bump_angle
+    if unit.bump_every > 0.0:
+        away -= unit.bump_every * np.round(away / unit.bump_every)
+    stiction = unit.stiction * (1.0 + unit.rise * angles) * (1.0 + unit.bump * np.exp(-((away / unit.bump_width) ** 2)))
+    distance = angles - unit.limp_home
+    springs = np.where(
+        distance > 0.0,
+        unit.preload_open + unit.slope_open * distance,
+        unit.preload_close - unit.slope_close * distance,
+    )
+    return agreement(stiction.max(), unit.coulomb, (springs - stiction).min(), result)
 
 
 def main():

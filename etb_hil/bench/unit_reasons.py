@@ -14,6 +14,9 @@ AGAIN = "Repeat the test. Where it happens again, have an engineer look at the p
 
 UNIT_REASONS = {
     "T_st_exceeded": Wording("The plate sticks at one place: friction there is above the limit.", REPLACE, True),
+    "return_margin_local": Wording(
+        "The return spring has too little margin over friction at one place of the way.", _NOT_FITTED, True
+    ),
     "plate_stuck": Wording("The plate is stuck: the motor pushed and it did not move.", _NOT_FITTED, True),
     "T_st_unexplained": Wording(
         "The friction estimate was above the limit for a while; no cause was found.", AGAIN, True
@@ -57,6 +60,11 @@ UNIT_REASONS = {
     ),
     "T_st_local_undecided": Wording(
         "Friction at one place of the way is too close to the limit of break-away friction to tell.",
+        "Have an engineer look at the friction over angle in the report.",
+        True,
+    ),
+    "return_margin_local_undecided": Wording(
+        "The return spring's margin over friction at one place of the way is too close to its limit to tell.",
         "Have an engineer look at the friction over angle in the report.",
         True,
     ),

@@ -34,7 +34,8 @@ _BENCH_DEFAULTS = {
 
 _BEYOND, _UNDECIDED = "_beyond_limit", "_undecided"
 _NOT_MEASURED, _WITHOUT_SIGNAL, _WITHOUT_INTERVAL = "_not_measured", "_without_signal", "_without_interval"
-_UNSAFE, _UNEVEN = f"return_margin{_BEYOND}", "uneven_way"
+_LOCAL_MARGIN, _UNEVEN = "return_margin_local", "uneven_way"
+_UNSAFE = (f"return_margin{_BEYOND}", _LOCAL_MARGIN)
 _MOST_NAMED = 3  # measurements in the sentence of a pass
 _STICKS = {"T_st_exceeded", "plate_stuck"}
 
@@ -52,8 +53,9 @@ def unit_wording(results: RunResult) -> Wording:
         default = _UNIT_DEFAULTS[unit.verdict]
         return Wording(unit.reason or default.reason, unit.next_step or default.next_step)
     reason = _detailed(_filled(known.reason, results), unit.reason if known.with_detail else "")
-    if _UNSAFE in unit.also:  # a plate that may stay open outranks whatever else is to be done
-        known = _known(_UNSAFE, results) or known
+    unsafe = next((reason_id for reason_id in unit.also if reason_id in _UNSAFE), None)
+    if unsafe is not None:  # a plate that may stay open outranks whatever else is to be done
+        known = _known(unsafe, results) or known
     elif _UNEVEN in unit.also and _is_undecided_by_friction(unit.reason_id):  # repeating narrows nothing there
         known = UNIT_REASONS[_UNEVEN]
     return Wording(reason, known.next_step)
@@ -162,8 +164,9 @@ def spring_or_friction(results: RunResult) -> str:
     verdicts = {one.id: one.verdict for one in results.measurements.values()}
     reasons = {results.unit.reason_id, *results.unit.also}
     high = UnitVerdict.FAIL in (verdicts.get("T_st"), verdicts.get("T_c")) or reasons & _STICKS
-    good = verdicts.get("T_st") == verdicts.get("T_c") == UnitVerdict.PASS
-    short = verdicts.get("return_margin") == UnitVerdict.FAIL
+    is_local = _LOCAL_MARGIN in reasons
+    good = verdicts.get("T_st") == verdicts.get("T_c") == UnitVerdict.PASS and not is_local
+    short = verdicts.get("return_margin") == UnitVerdict.FAIL or is_local
     if not (high or short):
         return ""
     stiction, margin = (results.measurements.value(name) for name in ("T_st", "return_margin"))

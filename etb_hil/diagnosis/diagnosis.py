@@ -31,6 +31,7 @@ from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess
 from etb_hil.diagnosis.hot_motor import hot_motor_remarks
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
+from etb_hil.diagnosis.local_margin import local_shortfall
 from etb_hil.diagnosis.measurement_registry import kind_of, phases_needed
 from etb_hil.diagnosis.measuring import Measured, failed_remarks, measure
 from etb_hil.diagnosis.phase_use import RunPhase, Use
@@ -242,6 +243,7 @@ class Diagnosis:
             ),
             by_direction=0.0 if fit is None else against_each_other(fit, self._model),
             excess=local_excess(assessment, local, self._most()[0], band, widening.gain),
+            shortfall=local_shortfall(assessment, local, throttle, self._least_margin(), band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),
             current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),
             band=band,
@@ -274,6 +276,11 @@ class Diagnosis:
         """Return the most that T_st and T_c may be, infinite where no limit is stated."""
         stiction, coulomb = self._upper_limits()
         return math.inf if stiction is None else stiction, math.inf if coulomb is None else coulomb
+
+    def _least_margin(self) -> float:
+        """Return the least allowed return margin in N·m, -inf where none is stated."""
+        least = self._limits.least("return_margin", self._gear_ratio, self._zero.temperature)
+        return -math.inf if least is None else least
 
     def _start_or_go_on(self, plate_less_encoder: Float64) -> _Running:
         """Return the running estimation, started where there is none.

@@ -13,7 +13,8 @@ from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.local_friction import LocalFriction
+from etb_hil.diagnosis.local_friction import OF_A_DRAG, SURE, LocalFriction
+from etb_hil.diagnosis.local_margin import Shortfall
 from etb_hil.diagnosis.measurement_kind import MeasurementKind
 from etb_hil.diagnosis.places_seen import Unseen
 from etb_hil.diagnosis.prior import CONSTANT
@@ -23,10 +24,8 @@ from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import HALF_WIDTH
 from etb_hil.recording.samples import Int64
 
-_SURE = 3.0  # standard errors; false fails by it: benchmarks/random_units.py
 _REACH_NS = HALF_WIDTH * TICK_NS
 _UNSEEN_NS = 20_000_000  # of an episode at a segment: shorter, windows of 17 ms on either side tell of it
-_OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +66,12 @@ class Grounds:
     `limited` are the measurements that a limit is stated for, by the limit's id; `phases` are the kinds of phase that
     the run has, `roles` those that it has samples of; `has_curve`: a friction curve was fitted.
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally
-    above the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not
-    explain; `far` rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none
-    is missing; `seen` is from where to where the plate slid slowly and `unseen` what of the way it did not, None
-    where that is little; `by_direction` N·m, by how much it may be
-    higher (above zero) or lower opening than the mean of both directions; `current_plausible`, whether voltage and
-    current of a plate at rest agree, None where nobody knows; `band` is a share of the limits, inside which nothing
+    above the limit of T_st, `shortfall` a place where the return margin may be below its limit, each None where there
+    is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s, where the Stribeck curve has
+    come down; `follows` is the share of ticks behind which none is missing; `seen` is from where to where the plate
+    slid slowly and `unseen` what of the way it did not, None where that is little; `by_direction` N·m, by how much it
+    may be higher (above zero) or lower opening than the mean of both directions; `current_plausible`, whether voltage
+    and current of a plate at rest agree, None where nobody knows; `band` is a share of the limits, inside which nothing
     is decided.
     """
 
@@ -90,6 +89,7 @@ class Grounds:
     remarks: Sequence[Reason]
     by_direction: float
     excess: Excess | None
+    shortfall: Shortfall | None
     unexplained: Sequence[Exceedance]
     current_plausible: bool | None
     band: float
@@ -122,15 +122,15 @@ def local_excess(
         return None
     stiction, error = assessment.fit.stiction
     even = np.abs(local.even)
-    low = (stiction + local.odd - _SURE * local.error - TWO_SIDED_95 * error) / gain[1]
+    low = (stiction + local.odd - SURE * local.error - TWO_SIDED_95 * error) / gain[1]
     place = int(np.argmax(low))
     is_certain = bool(even[place] <= local.odd[place] and low[place] > limit * (1.0 + band))
-    one_way = (even > _SURE * local.error) & (local.odd > _OF_A_DRAG * even) & (not is_certain)
+    one_way = (even > SURE * local.error) & (local.odd > OF_A_DRAG * even) & (not is_certain)
     more = np.where(one_way, even, 0.0)
     if not is_certain:
         stands_out = np.where(one_way | (even <= local.odd), local.odd + more, 0.0)
-        place = int(np.argmax(stands_out - _SURE * local.error))
-        if stands_out[place] <= _SURE * local.error[place]:
+        place = int(np.argmax(stands_out - SURE * local.error))
+        if stands_out[place] <= SURE * local.error[place]:
             return None
     here = stiction + float(local.odd[place] + more[place])
     half = TWO_SIDED_95 * math.hypot(error, float(local.error[place]))

@@ -77,8 +77,17 @@ class Limits:
 
     def most(self, measurement_id: str, gear_ratio: float, temperature: float = math.nan) -> float | None:
         """Return the upper limit of a measurement in SI at the throttle shaft, or None."""
+        return self._at_throttle(measurement_id, gear_ratio, temperature)[1]
+
+    def least(self, measurement_id: str, gear_ratio: float, temperature: float = math.nan) -> float | None:
+        """Return the lower limit of a measurement in SI at the throttle shaft, or None."""
+        return self._at_throttle(measurement_id, gear_ratio, temperature)[0]
+
+    def _at_throttle(
+        self, measurement_id: str, gear_ratio: float, temperature: float
+    ) -> tuple[float | None, float | None]:
         limit = self.by_id.get(measurement_id)
-        return None if limit is None else limit.at_throttle(gear_ratio, temperature)[1]
+        return (None, None) if limit is None else limit.at_throttle(gear_ratio, temperature)
 
 
 def without_temperature(limits: Limits, temperature: float) -> list[Reason]:

@@ -45,7 +45,7 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     no_curve = [name for name, kind in missing.items() if not kind.phases and not grounds.has_curve]
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
-    fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, no_curve)]
+    fails = [*broken, *_locally(judged, grounds), *_short(judged, grounds), *_stuck(grounds, no_curve)]
     doubts = [
         *without_signal,
         *_poor_evidence(grounds, no_curve),
@@ -53,6 +53,7 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_locally_undecided(judged, grounds),
+        *_short_undecided(judged, grounds),
         *_by_direction_undecided(judged, grounds),
     ]
     if not broken:
@@ -158,6 +159,36 @@ def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Rea
         f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
     )
     return [Reason("T_st_local_undecided", text)]
+
+
+def _short(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
+    """Return a reason where the return margin is below its limit at one place.
+
+    There is none where the margin over the fitted curve is below it.
+    """
+    short = grounds.shortfall
+    if short is None or not short.is_certain or _stands(judged, "return_margin") is UnitVerdict.FAIL:
+        return []
+    text = (
+        f"at {math.degrees(short.angle):.1f} deg friction is locally higher and leaves the spring {short.margin:.3f} "
+        f"N·m (at most {short.high:.3f}; at least {short.limit:.3f} needed)"
+    )
+    return [Reason("return_margin_local", text)]
+
+
+def _short_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
+    """Return the reason that the return margin may be below its limit at one place.
+
+    There is none unless the margin over the fitted curve keeps the limit.
+    """
+    short = grounds.shortfall
+    if short is None or short.is_certain or _stands(judged, "return_margin") is not UnitVerdict.PASS:
+        return []
+    text = (
+        f"at {math.degrees(short.angle):.1f} deg friction is locally higher and leaves the spring {short.margin:.3f} "
+        f"N·m ({short.low:.3f} to {short.high:.3f}; at least {short.limit:.3f} needed)"
+    )
+    return [Reason("return_margin_local_undecided", text)]
 
 
 def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:

@@ -12,6 +12,7 @@ from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.exceedance import Exceedance
 from etb_hil.diagnosis.grounds import Coverage, Excess, Grounds
+from etb_hil.diagnosis.local_margin import Shortfall
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.diagnosis.measuring import Measured, stand
@@ -26,11 +27,12 @@ GROUNDS = Grounds(
     coverage=Coverage(samples=10_000, lost=0, longest_gap=0.001, gap_in="ramp"),
     moved=1.4, fastest=8.0, far=1.0, windows=(300, 300), follows=1.0, seen=(0.2, 1.3), unseen=None,
     current_verified=True, highest_current=3.0, withholding=(), remarks=(), by_direction=0.0,
-    excess=None, unexplained=(), current_plausible=True, band=0.03, complete=True,
+    excess=None, shortfall=None, unexplained=(), current_plausible=True, band=0.03, complete=True,
     limited={name: KINDS[name] for name in ("T_st", "T_c")}, phases=frozenset({"ramp"}),
     roles=frozenset(ROLES), has_curve=False,
 )  # fmt: skip
 EXCESS = Excess(torque=0.3, low=0.28, high=0.32, limit=0.26, angle=0.8, is_one_way=False, is_certain=True)
+SHORT = Shortfall(margin=0.04, low=0.037, high=0.043, limit=0.05, angle=0.8, is_certain=True)
 
 
 def measured(kind_id, verdict, *, value=0.2, half=0.01, high=0.26, **estimate):
@@ -148,6 +150,25 @@ def test_friction_at_one_place_that_is_not_certain_is_a_doubt(one_way):
     assert said(both(FAIL), excess=excess) == (FAIL, ["T_st_beyond_limit"])
     _, reasons = conclude(both(), replace(GROUNDS, excess=excess))
     assert ("one direction" if one_way else "both directions") in reasons[0].text
+
+
+def with_margin(verdict):
+    return [*both(), measured("return_margin", verdict)]
+
+
+def test_a_spring_that_is_short_at_one_place_fails_a_unit_whose_margin_passes():
+    assert said(with_margin(PASS), shortfall=SHORT) == (FAIL, ["return_margin_local"])
+    assert said(with_margin(INCONCLUSIVE), shortfall=SHORT)[0] is FAIL
+    assert said(with_margin(FAIL), shortfall=SHORT) == (FAIL, ["return_margin_beyond_limit"])  # one fault, one reason
+    _, reasons = conclude(with_margin(PASS), replace(GROUNDS, shortfall=SHORT))
+    assert "at 45.8 deg friction is locally higher" in reasons[0].text
+
+
+def test_a_spring_that_may_be_short_at_one_place_is_a_doubt():
+    open_ = replace(SHORT, high=0.06, is_certain=False)
+    assert said(with_margin(PASS), shortfall=open_) == (INCONCLUSIVE, ["return_margin_local_undecided"])
+    assert said(with_margin(INCONCLUSIVE), shortfall=open_) == (INCONCLUSIVE, ["return_margin_undecided"])
+    assert said(with_margin(FAIL), shortfall=open_) == (FAIL, ["return_margin_beyond_limit"])
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
