@@ -164,7 +164,8 @@ def ask_again(serial: str) -> bool:
 def _typed_line() -> str:
     """Return the next line; empty at the end of input and for Ctrl-C.
 
-    Both say that there are no more units. A terminal that is gone and a service manager that ends the command say nothing about units: KeyboardInterrupt.
+    Both say that there are no more units. A terminal that is gone and a service manager that ends the command say
+    nothing about units: KeyboardInterrupt.
     """
     try:
         return _read_line(sys.stdin)
