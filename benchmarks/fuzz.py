@@ -123,7 +123,11 @@ def main():
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--seed", default="0")
     parser.add_argument("--keep", type=Path)
+    parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
+    if options.list:
+        print(*KINDS)
+        return 0
     kinds = options.kinds or list(KINDS)
     keep_imports_lean()
     found = 0

@@ -141,7 +141,7 @@ class Beat:
             raise RunStopped(BenchOutcome.ABORTED, "aborted_by_operator", f"{self.signals.cause}")
 
     def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, is_waking: bool) -> Trip | None:
-        trip = self.supervisor.look(blocks, heed_faults=not is_waking)
+        trip = self.supervisor.look(blocks, heed_faults=not is_waking, moves=self._moves)
         if trip is not None and trip.reason_id == "controller_fault":
             trip = self._host_trip(now_ns) or trip
         if trip is None and not is_waking:

@@ -158,7 +158,6 @@ def _rehearse(
 
     Long rests are lived in full where they matter.
     """
-    steps = _let_go(steps)
     brief = [_rested(step, model) for step in steps]
     record = _dry_run(brief, bench, model, limits)
     until = len(record.phases)
@@ -179,18 +178,6 @@ def _rehearse(
             remedy=f"make the phase gentler, or correct the model or {_limit_of(record.reason_id)} of the bench file",
         )
     )
-
-
-def _let_go(steps: Sequence[Step]) -> list[Step]:
-    """Return the steps, and the time after a last one that may end early.
-
-    A condition may end it while the plate moves. The drive goes off then, and the springs make the plate faster.
-    """
-    last = steps[-1]
-    if isinstance(last.phase, OffPhase) or last.phase.until is None:
-        return list(steps)
-    rest = {"kind": "off", "id": last.phase.id, "measure": last.phase.measure, "duration": f"{REST_S!r} s"}
-    return [*steps, replace(last, phase=OffPhase.model_validate(rest))]
 
 
 def _limit_of(reason_id: str) -> str:

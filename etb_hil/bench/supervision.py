@@ -99,7 +99,7 @@ class Supervisor:
     def allows(self, set_point: SetPoint) -> Trip | None:
         """Return what limit a set-point would pass.
 
-        Checked scenarios pass none, unless they start from elsewhere.
+        Checked scenarios pass none, unless they start from elsewhere: from a plate that is outside of its range.
         """
         if not set_point.enable:
             return None
@@ -111,20 +111,23 @@ class Supervisor:
         )
         if inside:  # False where one of them is no number, too
             return None
+        if (trip := self._outside(self.angle, self.angle)) is not None:
+            return trip
         place = f"{math.degrees(set_point.position):.2f} deg"
         asked = f"{place}, {math.degrees(set_point.velocity):.1f} deg/s, {set_point.voltage:.2f} V"
         return Trip("set_point_limit", f"the next set-point ({asked}) is outside the bench's limits; it was not sent")
 
-    def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True) -> Trip | None:
+    def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True, moves: bool = True) -> Trip | None:
         """Take new samples; return what was passed, if anything.
 
-        Fault bits that are not heeded are only noted.
+        Fault bits that are not heeded are only noted. So are angle and velocity where the bench does not let the plate
+        move: springs or a hand move it then, and nothing could be done but drive off.
         """
         reported = 0
         for block in blocks:
             if not len(block.stamp_ns):
                 continue
-            if (trip := self._look_at(block)) is not None:
+            if (trip := self._look_at(block, moves=moves)) is not None:
                 return trip
             if "faults" in block.columns:
                 reported |= self._look_at_faults(block.columns["faults"])
@@ -163,7 +166,7 @@ class Supervisor:
             return Trip("clock_stepped", f"a {name} is stamped {before_ms:.0f} ms before the run began")
         return Trip("frames_stopped", f"no {name} for {-ahead_ms:.0f} ms (allowed: {allowed_ns * 1e-6:.0f} ms)")
 
-    def _look_at(self, block: SampleBlock) -> Trip | None:
+    def _look_at(self, block: SampleBlock, *, moves: bool) -> Trip | None:
         columns = block.columns
         for role in self._newest_ns:
             if role in columns and (newest := _newest_good(columns[role])) >= 0:
@@ -172,7 +175,7 @@ class Supervisor:
         late = self._answer.push(block)
         return (
             self._look_at_motor(block)
-            or self._look_at_plate(block)
+            or self._look_at_plate(block, moves=moves)
             or self._look_at_status(block)
             or (None if late is None else Trip("answers_late", late))
         )
@@ -189,24 +192,29 @@ class Supervisor:
             return Trip("voltage_limit", f"measured voltage {peak:.2f} V is above the limit of {limits.voltage:g} V")
         return None
 
-    def _look_at_plate(self, block: SampleBlock) -> Trip | None:
+    def _look_at_plate(self, block: SampleBlock, *, moves: bool) -> Trip | None:
         columns, limits = block.columns, self._limits
         if "throttle_angle" in columns:
             angle = columns["throttle_angle"]
             self.angle = float(angle[-1])
-            low, high = limits.angle
-            lowest, highest = _extremes(angle)
-            if lowest < low or highest > high:
-                worst = lowest if lowest < low else highest
-                seen, least, most = (math.degrees(value) for value in (worst, low, high))
-                return Trip("angle_limit", f"plate at {seen:.2f} deg, outside {least:.2f} to {most:.2f} deg")
+            if moves and (trip := self._outside(*_extremes(angle))) is not None:
+                return trip
         if "motor_angle" in columns:
             newest, peak = self._speed.push(block)
             self.velocity, peak = newest / self._gear_ratio, peak / self._gear_ratio
-            if abs(peak) > limits.velocity:
+            if moves and abs(peak) > limits.velocity:
                 seen, most = math.degrees(peak), math.degrees(limits.velocity)
                 return Trip("velocity_limit", f"plate at {seen:.0f} deg/s, above the limit of {most:.4g} deg/s")
         return None
+
+    def _outside(self, lowest: float, highest: float) -> Trip | None:
+        """Return what a range of angles passes; numbers that are NaN pass nothing."""
+        low, high = self._limits.angle
+        if not (lowest < low or highest > high):
+            return None
+        worst = lowest if lowest < low else highest
+        seen, least, most = (math.degrees(value) for value in (worst, low, high))
+        return Trip("angle_limit", f"plate at {seen:.2f} deg, outside {least:.2f} to {most:.2f} deg")
 
     def _look_at_status(self, block: SampleBlock) -> Trip | None:
         columns = block.columns

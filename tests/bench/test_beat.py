@@ -1,5 +1,6 @@
 """One beat after the other on the virtual bench: what is sent, what is refused, how late it is, and who is told."""
 
+import math
 import os
 import signal
 from dataclasses import replace
@@ -266,6 +267,22 @@ def test_a_fault_that_is_not_the_watchdogs_is_the_controllers_though_commands_we
     one.beat(OFF, is_waking=True)
     stopped = one.stopped(OFF)
     assert (stopped.reason_id, one.beat.supervisor.faults) == ("controller_fault", int(Fault.OVER_TEMPERATURE))
+
+
+def test_a_plate_falls_as_fast_as_its_springs_make_it_and_is_not_caught_at_that_speed(bench):
+    """From 60 deg it comes to 17 rad/s, and 9 deg below limp-home, as at any stop."""
+    one = bench(change=lambda text: text.replace("velocity: 35 rad/s", "velocity: 6 rad/s").replace("-3 deg", "5 deg"))
+
+    def release(beats):
+        for degrees in range(8, 60):
+            one.beat(SetPoint(HERE.mode, math.radians(degrees)))
+        for _ in range(beats):
+            one.beat(OFF)
+
+    release(100)
+    release(6)
+    assert abs(one.beat.supervisor.velocity) > 6.0
+    assert one.stopped(SetPoint(HERE.mode, one.beat.supervisor.angle)).reason_id == "velocity_limit"
 
 
 def test_an_open_interlock_is_no_matter_until_something_moves(bench):

@@ -10,7 +10,7 @@ from faults_study import job_of
 from etb_hil.base.errors import InputError
 from etb_hil.base.plugins import temporary_part
 from etb_hil.base.stock import find
-from etb_hil.bench.job import JobFiles, prepare
+from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.rehearsal import TEMPERATURE_MARGIN, rehearse
 from etb_hil.bench.runner import Runner
 from etb_hil.controller import machine
@@ -46,24 +46,39 @@ def test_the_dry_run_sees_how_fast_the_plate_is_between_two_commands(stepping):
                 rehearse(scenario, bench, stock.model, stock.limits)
 
 
-@pytest.mark.parametrize(("velocity", "fits"), [(6.6, False), (10.0, True)])
-def test_the_dry_run_sees_how_the_springs_take_a_plate_that_still_moves_at_the_end(tmp_path, velocity, fits):
-    """Let go on its way to limp-home at 5 rad/s, the plate comes to 7 or 8 rad/s."""
-    job = job_of("virtual_classic", "default")
-    path = tmp_path / "moving.yaml"
-    until = "{role: throttle_angle, below: 20 deg, for: 0 s, otherwise: stop}"
-    path.write_text(
-        "schema: etb_hil/scenario/1\nname: Moving\nphases:\n"
-        "  - {id: up, kind: hold, position: 25 deg, duration: 0.2 s}\n"
-        f"  - {{id: down, kind: hold, position: 8 deg, duration: 0.2 s, approach: 5 rad/s, until: {until}}}\n"
-    )
-    limits = job.setup.bench.limits.model_copy(update={"velocity": velocity})
-    tight = job.setup.bench.model_copy(update={"limits": limits})
-    if fits:
-        rehearse(load_scenario(path), tight, job.model, job.limits)
-    else:
-        with pytest.raises(InputError, match=r"moving\.yaml:5: .*dry run .*plate at .* deg/s"):
-            rehearse(load_scenario(path), tight, job.model, job.limits)
+OPEN = "  - {id: open, kind: hold, position: 40 deg, duration: 0.2 s, approach: 4 rad/s%s}\n"
+AGAIN = (OPEN % "").replace("open", "again")
+UNTIL = ", until: {role: throttle_angle, above: %s deg, for: 0 s, otherwise: stop}"
+
+
+@pytest.mark.parametrize(
+    ("phases", "reason_id"),
+    [
+        (OPEN % "", ""),
+        (OPEN % (UNTIL % 80), "condition_never_true"),
+        (OPEN % (UNTIL % 20), ""),
+        (OPEN % "" + "  - {id: fall, kind: off, duration: 1 s}\n", ""),
+        (OPEN % "" + "  - {id: fall, kind: off, duration: 50 ms}\n" + AGAIN, "velocity_limit"),
+    ],
+)
+def test_a_fall_by_the_springs_is_within_the_limits_in_a_dry_run_as_on_the_bench(tmp_path, phases, reason_id):
+    """From 40 deg it comes to 12.7 rad/s and to -0.6 deg; the bench may drive it at 6 rad/s and down to 3 deg."""
+    path = tmp_path / "falling.yaml"
+    path.write_text(f"schema: etb_hil/scenario/1\nname: Falling\nphases:\n{phases}")
+    bench = tmp_path / "bench.yaml"
+    limits = {"velocity: 35 rad/s": "velocity: 6 rad/s", "[-3 deg, 87 deg]": "[3 deg, 87 deg]"}
+    text = find("bench", "virtual_classic").read_text()
+    for stock, tight in limits.items():
+        assert stock in text
+        text = text.replace(stock, tight)
+    bench.write_text(text)
+    files = JobFiles(path, bench, find("model", "default"), find("limits", "default"), None)
+    if reason_id == "velocity_limit":
+        with pytest.raises(InputError, match=r"falling\.yaml:6: .*dry run .*plate at .* deg/s"):
+            prepare(files)
+        return
+    bench_result = execute(prepare(files), tmp_path, "", 1).results.bench
+    assert (bench_result.reason_id or "", bench_result.safe_state) == (reason_id, True)
 
 
 def test_the_dry_run_has_the_benchs_own_position_law(stepping):

@@ -73,6 +73,32 @@ def test_each_limit_trips(supervisor, columns, reason):
     assert any(character.isdigit() for character in trip.reason)
 
 
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ({"throttle_angle": [-0.1], "motor_angle": [GEAR * 0.4]}, None),
+        ({"motor_current": [8.1]}, "current_limit"),
+        ({"motor_voltage": [16.5]}, "voltage_limit"),
+        ({"temperature": [111.0]}, "temperature_limit"),
+        ({"faults": [1.0]}, "controller_fault"),
+    ],
+)
+def test_with_the_drive_off_the_plate_may_move_as_it_likes_and_nothing_else_may(supervisor, columns, reason):
+    supervisor.look([samples(motor_angle=[0.0])], moves=False)
+    block = samples(**columns)
+    trip = supervisor.look([replace(block, time_ns=block.time_ns + 10_000_000)], moves=False)
+    assert (trip and trip.reason_id) == reason
+    if reason is None:
+        assert (supervisor.angle, supervisor.velocity) == (-0.1, pytest.approx(40.0))
+
+
+def test_a_plate_that_has_left_its_range_is_not_driven_from_there(supervisor):
+    for angle, reason in ((-0.1, "angle_limit"), (0.5, "set_point_limit"), (math.nan, "set_point_limit")):
+        supervisor.look([samples(throttle_angle=[angle])], moves=False)
+        assert supervisor.allows(SetPoint(Mode.POSITION, -0.1)).reason_id == reason
+        assert supervisor.allows(SetPoint(Mode.POSITION, 0.5)) is None
+
+
 BAD = [math.nan, math.nan]
 
 
