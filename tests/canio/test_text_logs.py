@@ -195,6 +195,29 @@ def test_a_file_without_lines_is_refused(tmp_path):
         read(path)
 
 
+ASC_FRAME = b"base hex  timestamps absolute\n 0.5 1 100 Rx d 1 AA\n"
+TRC_FRAME = b";$FILEVERSION=1.1\n 1) 1.0 Rx 0100 1 AA\n"
+
+
+@pytest.mark.parametrize(
+    ("suffix", "frame", "line", "is_read"),
+    [
+        (".asc", ASC_FRAME, b"\n", False),
+        (".asc", ASC_FRAME, b" 0.6 Start of measurement\n", True),
+        (".trc", TRC_FRAME, b"\n", False),
+        (".trc", TRC_FRAME, b"; a remark\n", True),
+    ],
+)
+def test_lines_without_end_that_mean_nothing_end_the_reading(tmp_path, suffix, frame, line, is_read):
+    """A small archive may unpack to lines that take minutes; other events of a bus may be as many as they are."""
+    path = tmp_path / f"long{suffix}.gz"
+    last = frame.splitlines(keepends=True)[-1]
+    path.write_bytes(gzip.compress(frame + line * 800_000 + last, compresslevel=1))
+    got, notes = read(path)
+    assert len(got) == (2 if is_read else 1)
+    assert is_read or "500000 lines without a frame; the 1 frames before are kept" in notes[0]
+
+
 @pytest.mark.parametrize(
     ("head", "begins"),
     [

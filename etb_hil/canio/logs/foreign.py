@@ -131,7 +131,7 @@ class ForeignLog:
         with self._format.reader(source) as reader:
             for message in reader:
                 if isinstance(source, LineSource):
-                    source.frame_line = source.line
+                    source.took_frame()
                 if _is_held(message, self._format, note):
                     yield message
 

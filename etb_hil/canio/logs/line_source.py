@@ -18,8 +18,22 @@ from etb_hil.canio.logs.gunzip import Gunzip
 from etb_hil.canio.logs.notes import Notes
 
 MAX_LINE = 1 << 16  # letters; a longer line is no line
+MOST_ODD_LINES = 500_000  # without a meaning, in a row: more are no log, and python-can takes 30 us for each
 LEFT_OUT = "holds no frame that can be read and was left out"
 _HALF_BYTE = re.compile(r"(\b[0-9A-Fa-f]{2}|\s[0-9])\s+[0-9A-Fa-f]\Z")  # behind another byte, or the length
+
+
+class OddLines:
+    """Count lines in a row that are empty or hold nothing that is known."""
+
+    def __init__(self) -> None:
+        self._count = 0
+
+    def take(self, *, is_odd: bool) -> None:
+        """Take a line; ValueError where too many odd ones follow each other."""
+        self._count = self._count + 1 if is_odd else 0
+        if self._count > MOST_ODD_LINES:
+            raise ValueError(f"{MOST_ODD_LINES} lines without a frame")
 
 
 def left_out(line: str) -> str:
@@ -43,13 +57,15 @@ class LineSource:
         self._ends_lines = ends_lines
         self.line = self.frame_line = 0  # `frame_line` is for who finds a frame in the line, or notes it
         self._text = ""
-        self._cut = self._is_open = False
+        self._odd = OddLines()
+        self._cut = self._is_open = self._has_frame = False
 
     def __iter__(self) -> Iterator[str]:
         return self
 
     def __next__(self) -> str:
-        self._look_back()
+        if self._text:
+            self._look_back()
         self._text = text = self._file.readline(MAX_LINE)
         if not text:
             raise StopIteration
@@ -63,9 +79,16 @@ class LineSource:
             self._is_open = text.lstrip()[:1].isdigit()
         return text
 
+    def took_frame(self) -> None:
+        """Note that the line holds a frame."""
+        self.frame_line, self._has_frame = self.line, True
+
     def _look_back(self) -> None:
-        if self._text and self.frame_line != self.line and not self._others.match(self._text):
+        is_known = self._others.match(self._text) is not None
+        if self.frame_line != self.line and not is_known:
             self._notes.add(Place(self._path, self.line), left_out(self._text), LEFT_OUT)
+        self._odd.take(is_odd=not self._has_frame and not (is_known and self._text.strip()))
+        self._has_frame = False
 
     def is_cut(self) -> bool:
         """Return whether the last line was cut off.

@@ -19,7 +19,7 @@ from etb_hil.canio.logs.asc_header import is_other_event, read_header
 from etb_hil.canio.logs.asc_scan import scan_asc
 from etb_hil.canio.logs.candump_scan import scan_candump
 from etb_hil.canio.logs.gunzip import BROKEN, Gunzip
-from etb_hil.canio.logs.line_source import LEFT_OUT, left_out
+from etb_hil.canio.logs.line_source import LEFT_OUT, OddLines, left_out
 from etb_hil.canio.logs.notes import Notes
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ class TextLog:
         self._width = 8
         self._fault = ""
         self._is_open = False  # the last line has no end
+        self._odd_lines = OddLines()
         self._odd, self._is_noted = Notes(), False  # what was left out, and whether that was said of the odd line
 
     def __iter__(self) -> Iterator[FrameBlock]:
@@ -70,6 +71,7 @@ class TextLog:
         self.notes, self._odd = [], Notes()
         self._frames, self._line, self._base, self._width, self._fault = 0, 0, 16, 8, ""
         self._is_open = self._is_noted = False
+        self._odd_lines = OddLines()
         yield from self._blocks()
         self.notes += self._odd.told()
 
@@ -82,6 +84,7 @@ class TextLog:
                 self._cut_off(self._line)
             self._frames += len(frames)
             if len(frames):
+                self._odd_lines.take(is_odd=False)
                 yield frames
             if self._fault:
                 self._stopped()
@@ -147,6 +150,8 @@ class TextLog:
             for other in passed[: int(state[scan.PASSED])].tolist():
                 self._line, self._is_noted = first + other + 1, False
                 self._passed_over(_line(text, newlines, other))
+                if self._fault:
+                    return
             state[scan.PASSED] = 0
             self._line = first + line
             if reason == scan.DONE:
@@ -184,9 +189,18 @@ class TextLog:
         self._odd.add(Place(self.path, self._line), what, kind)
 
     def _passed_over(self, line: bytes) -> None:
-        """Note a line that gave no frame, unless it is one of those that hold none."""
-        if not self._is_noted and not (is_other_event(line) if self._suffix == ".asc" else not line.strip()):
+        """Note a line that gave no frame, unless it is one of those that hold none.
+
+        Too many lines in a row that are empty or unknown end the reading.
+        """
+        is_empty = not line.strip()
+        is_known = is_other_event(line) if self._suffix == ".asc" else is_empty
+        if not self._is_noted and not is_known:
             self._note(left_out(line.decode("utf-8", "replace")), LEFT_OUT)
+        try:
+            self._odd_lines.take(is_odd=is_empty or not is_known)
+        except ValueError as error:
+            self._fault = str(error)
 
     def _stopped(self) -> None:
         name = "ASC" if self._suffix == ".asc" else "candump"
