@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,6 +71,13 @@ class Problem:
         return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
+def told(problems: Iterable[Problem]) -> list[str]:
+    """Return the lines that tell of problems, and last how many were left out."""
+    lines = list(dict.fromkeys(map(str, problems)))
+    left = len(lines) - MOST_PROBLEMS
+    return [*lines[:MOST_PROBLEMS], f"and {left} more"] if left > 0 else lines
+
+
 class InputError(EtbHilError, ValueError):
     """A file, an option or a value that people gave is wrong.
 
@@ -78,10 +86,7 @@ class InputError(EtbHilError, ValueError):
 
     def __init__(self, *problems: Problem | str) -> None:
         self.problems = tuple(Problem(p) if isinstance(p, str) else p for p in problems)
-        lines = [str(p) for p in self.problems[:MOST_PROBLEMS]]
-        if (left := len(self.problems) - MOST_PROBLEMS) > 0:
-            lines.append(f"and {left} more")
-        super().__init__("\n".join(lines))
+        super().__init__("\n".join(told(self.problems)))
 
 
 class BenchFault(EtbHilError, RuntimeError):

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
 
     The exit code is 2 for files, 3 for the machine.
     """
-    from etb_hil.base.errors import InputError
+    from etb_hil.base.errors import InputError, told
     from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import prepare
     from etb_hil.canio.bus.interface_check import look_at
@@ -52,8 +52,8 @@ def run(options: argparse.Namespace) -> int:
         print(f"{'unknown' if finding.ok is None else 'ok' if finding.ok else 'MISSING':9} {finding.what}")
         if finding.remedy:
             print(f"          -> {finding.remedy}")
-    for problem in dict.fromkeys(map(str, problems)):
-        print(f"WRONG     {problem}")
+    for line in told(problems):
+        print(f"WRONG     {line}")
     missing = sum(finding.ok is False for finding in findings)
     if problems:
         print("not ready a run would be refused: correct the lines marked WRONG above")

@@ -88,7 +88,7 @@ def begin(address: StoreAddress, connection: Any) -> None:  # noqa: ANN401 (of t
 def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN401
     """Return the revision of a store's tables.
 
-    The revision is empty where there are none, or those of the first version.
+    The revision is empty where there are none, or those of the first version. InputError where it is no name.
     """
     known = "to_regclass('alembic_version') IS NOT NULL"
     if not address.is_server:
@@ -96,6 +96,9 @@ def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN4
     if not connection.execute(f"SELECT {known}").fetchone()[0]:
         return ""
     row = connection.execute("SELECT version_num FROM alembic_version").fetchone()
+    if row and not row[0]:
+        what = f"must be a store of results: the revision of its tables is {row[0]!r}"
+        raise InputError(Problem(what, Place(str(address)), remedy="name another store"))
     return str(row[0]) if row else ""
 
 

@@ -90,9 +90,15 @@ def run_of(
         for value in row[:-1]:
             if value is not None and not (isinstance(value, float | int) and abs(value) <= _LARGEST):  # nan, too
                 raise TypeError("a value of a run must be a finite number")
-    measured = {name: Measured(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
+    measured = {name: _number(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
     temperature = measured.pop(TEMPERATURE, None)
     return Run(*run, *unit, *outcome, None if temperature is None else temperature.value, measured)
+
+
+def _number(value: float, *row: *tuple[float | None, float | None, float | None, float | None, str]) -> Measured:
+    """Return a measured number whose values are floats, as Arrow wants them."""
+    low, high, limit_low, limit_high = (None if one is None else float(one) for one in row[:4])
+    return Measured(float(value), low, high, limit_low, limit_high, row[4])
 
 
 def waiting_runs(rows: Iterable[RunRows]) -> Iterator[Run]:

@@ -21,6 +21,7 @@ from etb_hil.store.engine import engine_of
 from etb_hil.store.overview import latest_runs, measured_ids, values_over_time
 from etb_hil.store.queue import Queue
 from etb_hil.store.reading import known_runs, read_store
+from etb_hil.store.run import run_of
 from etb_hil.store.schema import metadata
 from etb_hil.store.selection import Selection
 
@@ -221,7 +222,7 @@ def test_what_is_no_store_is_named_and_left_alone(tmp_path):
         read_runs([tmp_path / STORE])
 
 
-@pytest.mark.parametrize("revision", [5, "0000", None])
+@pytest.mark.parametrize("revision", [5, "0000", None, ""])
 def test_a_store_of_a_revision_that_no_release_wrote_is_refused(tmp_path, revision):
     path = tmp_path / "results.db"
     with sqlite3.connect(path) as database:
@@ -230,3 +231,12 @@ def test_a_store_of_a_revision_that_no_release_wrote_is_refused(tmp_path, revisi
     database.close()
     with pytest.raises(InputError, match=re.escape(str(path))):
         require_schema(StoreAddress(path))
+
+
+def test_a_whole_number_in_a_store_is_read_as_a_number_with_a_fraction():
+    """SQLite may keep an integer that no floating-point number holds exactly; Arrow refuses it among such numbers."""
+    values = (2**63 - 1, 0, None, None, 1, "A")
+    run = run_of(("id", "2026", "bench", "scenario"), ("SN", "", ""), ("ok", "pass", ""), {"held": values})
+    measured = run.numbers["held"]
+    assert measured == (float(2**63), 0.0, None, None, 1.0, "A")
+    assert [type(number) for number in measured[:2]] == [float, float]
