@@ -25,9 +25,21 @@ export function say(key, values = {}) {
 export const sayOr = (key, text) => words[key] ?? text;
 
 // Return the name of a measurement in the page's language, or the one that it was declared with.
+// One of several values has the words that set it apart behind it: "step rise (large opening)" has the id
+// `step_rise_large_opening`.
 export function measured(id, name = id) {
-  const said = sayOr(`measurement ${id}`, name);
+  const said = words[`measurement ${id}`] ?? oneOfSeveral(id, name) ?? name;
   return said.charAt(0).toUpperCase() + said.slice(1);
+}
+
+function oneOfSeveral(id, name) {
+  const apart = /\(([^()]*)\)$/.exec(name)?.[1];
+  if (apart === undefined) return undefined;
+  for (const suffix of [apart.replaceAll(" ", "_"), /\d+$/.exec(id)?.[0]]) {
+    const kind = id.endsWith(`_${suffix}`) ? words[`measurement ${id.slice(0, -suffix.length - 1)}`] : undefined;
+    if (kind !== undefined) return `${kind} (${sayOr(`value ${apart}`, apart)})`;
+  }
+  return undefined;
 }
 
 export function number(value, digits = 3) {
