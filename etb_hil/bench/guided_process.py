@@ -80,7 +80,7 @@ class OrdersOnAPipe:
         left = patience
         while True:
             try:
-                order = self._waiting.get(timeout=min(left, _LOOK_S)) if left > 0.0 else self._waiting.get_nowait()
+                order = self._waiting.get(timeout=min(left, _LOOK_S))
             except queue.Empty:
                 if os.getppid() != self._parent:
                     raise _GONE from None

@@ -13,6 +13,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.beat import Beat, RunStopped, StopInOrder
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.stop_signals import StopSignals
+from etb_hil.bench.supervision import TIMEOUT
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.bus.health import BusState
 from etb_hil.canio.bus.link import VirtualLink
@@ -267,6 +268,18 @@ def test_a_fault_that_is_not_the_watchdogs_is_the_controllers_though_commands_we
     one.beat(OFF, is_waking=True)
     stopped = one.stopped(OFF)
     assert (stopped.reason_id, one.beat.supervisor.faults) == ("controller_fault", int(Fault.OVER_TEMPERATURE))
+
+
+def test_a_late_host_is_no_excuse_for_a_limit_that_is_passed_meanwhile(bench):
+    """The watchdog has let the plate fall, which becomes too fast while the drive is commanded on."""
+    one = bench(change=lambda text: text.replace("velocity: 35 rad/s", "velocity: 6 rad/s"))
+    for degrees in range(8, 60):
+        one.beat(SetPoint(HERE.mode, math.radians(degrees)))
+    one.stall(35 * MS)
+    while abs(one.beat.supervisor.velocity) < 5.0:
+        one.beat(SetPoint(HERE.mode, math.radians(59)), is_waking=True)
+    assert one.beat.supervisor.faults & TIMEOUT
+    assert one.stopped(SetPoint(HERE.mode, math.radians(59))).reason_id == "velocity_limit"
 
 
 def test_a_plate_falls_as_fast_as_its_springs_make_it_and_is_not_caught_at_that_speed(bench):

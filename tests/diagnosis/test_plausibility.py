@@ -545,6 +545,12 @@ def test_a_voltage_that_steps_between_two_samples_is_known_to_less():
     assert driven(0.6, slice(3_000, 3_100)).ids() == ["motor_balance"]
 
 
+@pytest.mark.parametrize("step", [12.0, -12.0])
+def test_a_voltage_that_steps_one_way_and_creeps_back_is_known_to_less(step):
+    """In 5 of the 20 ms of a window it creeps back: 1.5 V in its mean, of which the step accounts for 0.6 V."""
+    assert driven(step * np.array([1.0, 0.8, 0.6, 0.4, 0.2]), slice(3_158, 3_163)).ids() == []
+
+
 def test_the_motors_balance_is_the_same_however_the_rows_are_cut():
     assert driven(0.6, slice(3_000, 3_100)).found(pieces=40) == driven(0.6, slice(3_000, 3_100)).found()
 
