@@ -178,6 +178,8 @@ def conditions_of(session: Session) -> dict[str, Condition | None]:
 def _record(session: Session) -> RunRecord:
     try:
         return record_of(read_events(session.events))
+    except InputError:
+        raise  # which says what is wrong with the file
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise InputError(
             Problem(f"is damaged: {error!r}", Place(session.events), remedy="restore it from a copy of the session")
