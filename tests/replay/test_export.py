@@ -202,6 +202,20 @@ def test_stamps_that_fall_are_kept(tmp_path, suffix):
     assert np.abs(got.stamp_ns - frames.stamp_ns).max() <= 1
 
 
+@pytest.mark.parametrize("suffix", [".mf4", ".csv", ".db", ".blf"])
+def test_stamps_before_1970_are_kept_or_refused(tmp_path, suffix):
+    frames = traffic()
+    frames.stamp_ns[:] -= frames.stamp_ns[0] + 1_500_000_000
+    path = tmp_path / f"out{suffix}"
+    if suffix == ".blf":
+        with pytest.raises(InputError, match=r"out\.blf: its first stamp is before 1970.*export to \.mf4"):
+            export([frames], path)
+        return
+    export([frames], path)
+    got = concatenate_frames(read_log(path))
+    assert np.abs(got.stamp_ns - frames.stamp_ns).max() <= 1000  # of a second in a float, as others write it
+
+
 def test_stamps_that_a_format_cannot_bring_back_are_refused(tmp_path):
     frames = traffic()
     frames.stamp_ns[1500:] -= 5_000_000_000

@@ -49,12 +49,13 @@ class Mf4Log:
     """An MF4 file of frames and decoded signals, complete once it is closed.
 
     Stamps are seconds after `start_ns`, rounded down to a second, in float64: exact to a nanosecond for a hundred days.
+    Those before 1970 are negative.
     Raises InputError where the file cannot be written.
     """
 
     def __init__(self, path: Path, start_ns: int) -> None:
         self.left_out = 0
-        self._start_ns = start_ns // _SECOND_NS * _SECOND_NS
+        self._start_ns = max(start_ns, 0) // _SECOND_NS * _SECOND_NS  # the header cannot hold a time before 1970
         try:
             self._opened: IO[bytes] = path.open("wb")
         except OSError as error:

@@ -66,6 +66,9 @@ def write_log(path: Path, start_ns: int) -> LogWriter:
     require_writable(path)
     suffix = log_suffix(path)
     if suffix == ".blf":
+        if start_ns < 0:
+            wrong = "its first stamp is before 1970, which the format does not hold"
+            raise InputError(Problem(wrong, Place(path), remedy="export to .mf4"))
         return _BlfWriter(path, start_ns)
     if suffix == ".mf4":
         from etb_hil.canio.logs.mf4_writer import Mf4Log  # noqa: PLC0415 (few logs are)
