@@ -6,8 +6,9 @@ Every numeric vector as long as the time is a column.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,7 +22,10 @@ from etb_hil.recording.samples import Float64, Int64
 
 MOST_BYTES = 256 << 20  # of a file, and of what its variables unpack to
 _HEADER, _TAG = 128, 8
-_COMPRESSED, _DIMENSIONS = 15, 5  # kinds of element
+_COMPRESSED, _FLAGS, _DIMENSIONS = 15, 6, 5  # kinds of element
+_NUMBERS = frozenset({1, 2, 3, 4, 5, 6, 7, 9, 12, 13})  # kinds that hold integers of 8 to 64 bits, single or double
+_MOST_DIMENSIONS = 32  # for which SciPy has room
+_COMPLEX = 0x0800  # of the flags: there is an imaginary part
 _NUMERIC = range(6, 16)  # classes of arrays: double, single and integers of 8 to 64 bits
 
 
@@ -123,13 +127,38 @@ def _vectors(content: bytes) -> bytes:
         # Behind the tag of the array and that of its flags, the low byte of the flags says of what class it is.
         flags = int.from_bytes(element[2 * _TAG : 2 * _TAG + 4], order)
         if flags & 0xFF in _NUMERIC:
-            tag = element[3 * _TAG : 4 * _TAG]
-            kind, length = (int.from_bytes(tag[first : first + 4], order) for first in (0, 4))
-            if kind != _DIMENSIONS or length < 2 * 4:  # SciPy reads those of a table without looking (it crashes)
-                raise ValueError("an array in it lacks its dimensions")
+            _require_array(element, order, is_complex=bool(flags & _COMPLEX))
             parts.append(element)
             left -= size
     return b"".join(parts)
+
+
+def _require_array(element: bytes, order: Literal["little", "big"], *, is_complex: bool) -> None:
+    """Raise ValueError for a numeric array whose parts are not what SciPy takes them for.
+
+    SciPy reads past its own tables where the dimensions are too many or the numbers of no kind, and the process dies.
+    """
+    parts = list(islice(_parts(element, order), 4 + is_complex))
+    if len(parts) < 4 + is_complex:
+        raise ValueError("an array in it is cut off")
+    (flags, _), (kind, length), _, *values = parts
+    if flags != _FLAGS or kind != _DIMENSIONS or length % 4 or not 2 <= length // 4 <= _MOST_DIMENSIONS:
+        raise ValueError("an array in it lacks its dimensions")
+    if any(kind not in _NUMBERS for kind, _ in values):
+        raise ValueError("the values of an array in it are no numbers")
+
+
+def _parts(element: bytes, order: Literal["little", "big"]) -> Iterator[tuple[int, int]]:
+    """Yield kind and number of bytes of the parts of an array; one of up to four bytes may stand in its own tag."""
+    at = _TAG
+    while at + _TAG <= len(element):
+        kind, size = (int.from_bytes(element[at + first : at + first + 4], order) for first in (0, 4))
+        if is_small := kind >> 16:
+            kind, size = kind & 0xFFFF, kind >> 16
+        at += _TAG if is_small else _TAG + size + -size % _TAG
+        if (is_small and size > 4) or at - (0 if is_small else -size % _TAG) > len(element):
+            return
+        yield kind, size
 
 
 def _is_vector(value: object) -> bool:

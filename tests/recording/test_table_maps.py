@@ -98,3 +98,31 @@ def test_a_mat_array_without_dimensions_is_refused(tmp_path, size):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"t\.mat: must be a complete MAT file: an array in it lacks its dimensions"):
         read_table(path)
+
+
+@pytest.mark.parametrize("kind", [0, 8, 10, 15, 64, 0xFFFF])
+def test_a_mat_array_of_numbers_of_no_kind_is_refused(tmp_path, kind):
+    """SciPy looks such a kind up behind the end of its table, and the process would die of it."""
+    path = tmp_path / "t.mat"
+    scipy_io.savemat(path, {"zeit": [0.0, 1.0], "u": [1.0, 2.0]})
+    content = bytearray(path.read_bytes())
+    values = content.index(bytes([9, 0, 0, 0, 16, 0, 0, 0]))  # two of double precision
+    content[values : values + 2] = kind.to_bytes(2, "little")
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"t\.mat: must be a complete MAT file: the values of an array in it are no"):
+        read_table(path)
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("dtype", ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "c16", "?"])
+def test_a_mat_file_may_hold_arrays_of_all_kinds_of_numbers(tmp_path, map_file, dtype, packed):
+    path = tmp_path / "t.mat"
+    others = {
+        "single": np.array(1, dtype),
+        "cube": np.ones((2, 3, 2), dtype),
+        "words": "abc",
+        "empty": np.zeros((0, 3)),
+    }
+    columns = {"zeit": np.arange(3, dtype=np.int16), "winkel": np.zeros(3), "u": np.array([1, 0, 1], dtype).real}
+    scipy_io.savemat(path, others | columns, do_compression=packed)
+    assert read_table(path, map_file).series("motor_voltage").values.tolist() == [1e-3, 0.0, 1e-3]
