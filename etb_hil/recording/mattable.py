@@ -134,7 +134,7 @@ def _vectors(content: bytes) -> bytes:
 
 
 def _require_array(element: bytes, order: Literal["little", "big"], *, is_complex: bool) -> None:
-    """Raise ValueError for a numeric array whose parts are not what SciPy takes them for.
+    """Raise ValueError for a numeric array whose parts are not a numeric array's.
 
     SciPy reads past its own tables where the dimensions are too many or the numbers of no kind, and the process dies.
     """
@@ -145,11 +145,14 @@ def _require_array(element: bytes, order: Literal["little", "big"], *, is_comple
     if flags != _FLAGS or kind != _DIMENSIONS or length % 4 or not 2 <= length // 4 <= _MOST_DIMENSIONS:
         raise ValueError("an array in it lacks its dimensions")
     if any(kind not in _NUMBERS for kind, _ in values):
-        raise ValueError("the values of an array in it are no numbers")
+        raise ValueError("the values of an array in it must be numbers")
 
 
 def _parts(element: bytes, order: Literal["little", "big"]) -> Iterator[tuple[int, int]]:
-    """Yield kind and number of bytes of the parts of an array; one of up to four bytes may stand in its own tag."""
+    """Yield kind and number of bytes of the parts of an array.
+
+    A part of up to four bytes may stand in its own tag.
+    """
     at = _TAG
     while at + _TAG <= len(element):
         kind, size = (int.from_bytes(element[at + first : at + first + 4], order) for first in (0, 4))

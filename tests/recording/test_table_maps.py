@@ -109,7 +109,7 @@ def test_a_mat_array_of_numbers_of_no_kind_is_refused(tmp_path, kind):
     values = content.index(bytes([9, 0, 0, 0, 16, 0, 0, 0]))  # two of double precision
     content[values : values + 2] = kind.to_bytes(2, "little")
     path.write_bytes(content)
-    with pytest.raises(InputError, match=r"t\.mat: must be a complete MAT file: the values of an array in it are no"):
+    with pytest.raises(InputError, match=r"t\.mat: must be a complete MAT file: the values of an array in it must be"):
         read_table(path)
 
 
