@@ -72,7 +72,8 @@ def without_bumps(
 
 def unsure_by_place(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
     """Return a fit as unsure as what friction has left by place makes it."""
-    middle, odd, _ = by_place(evidence, fit, (np.abs(evidence.velocity) < FASTEST) & evidence.counts)
+    shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & evidence.slides
+    middle, odd, _ = by_place(evidence, fit, shown)
     if not len(middle):
         return fit
     uneven = evidence.over_time * (1.0 + np.interp(ticks.angle, middle, odd))

@@ -20,7 +20,6 @@ from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import DISC_SINE, INERTIA, PRELOAD_OPEN, Prior
 from etb_hil.diagnosis.result import Reason
-from etb_hil.diagnosis.ripple import in_passes
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, refit, widened_by
 from etb_hil.diagnosis.ticks import TICK, Ticks
@@ -162,8 +161,7 @@ class _Slow:
 
 def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> _Slow | None:
     """Return the slow windows of a fit; None where they are too few."""
-    _, clear = in_passes(evidence.position, evidence.velocity)
-    shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & clear
+    shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & evidence.slides
     if np.count_nonzero(shown) < _FEWEST:
         return None
     time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]

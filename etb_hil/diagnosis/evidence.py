@@ -19,6 +19,7 @@ from etb_hil.diagnosis.windows import (
     WINDOW,
     Windows,
     bend,
+    sliding,
     window_means,
 )
 from etb_hil.plant.exactmath import sine_and_cosine
@@ -34,7 +35,7 @@ class Evidence:
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 7), what inertia, preloads, slopes and the
     encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that
     share their noise. `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows
-    are fitted.
+    are fitted; `slides` (m), which of them are beyond any bending of bristles.
     """
 
     motor: Float64
@@ -47,6 +48,7 @@ class Evidence:
     cluster: Int64
     over_time: Float64
     counts: NDArray[np.bool_]
+    slides: NDArray[np.bool_]
 
 
 def gather_evidence(
@@ -74,7 +76,10 @@ def gather_evidence(
     load = window_means(spring, TORQUE_KERNEL, windows) + inertia
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
-    return Evidence(motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them)
+    return Evidence(
+        motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them,
+        sliding(ticks, windows),
+    )  # fmt: skip
 
 
 def _by_disc(ticks: Ticks, windows: Windows, p: ThrottleParameters) -> tuple[Float64, Float64]:

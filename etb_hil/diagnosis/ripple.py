@@ -17,18 +17,15 @@ from etb_hil.recording.samples import Float64
 _STEP = 0.002  # rad: what a window of 17 ms passes at 0.1 rad/s
 _REACH = 8  # steps on either side, whose mean is taken off: what changes over more than that, cells show
 _WIDEST = 0.012  # rad between windows of a pass: more than that at up to 2 rad/s means that some are left out
-_TURN = 0.035  # rad behind a turn: bristles still bend there, at the same places in every pass
 
 
-def in_passes(position: Float64, velocity: Float64) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def pass_of(velocity: Float64) -> NDArray[np.int64]:
     """Return which pass each window (m) belongs to, in order of time.
 
-    The second result is whether the window is clear of the turn before it. `position` (m) rad, `velocity` (m) rad/s.
+    `velocity` (m) rad/s changes its sign from pass to pass.
     """
-    turned = np.concatenate(([False], (velocity[1:] > 0.0) != (velocity[:-1] > 0.0)))
-    number = np.cumsum(turned)
-    begins = position[np.concatenate(([0], np.flatnonzero(turned)))]
-    return number, np.abs(position - begins[number]) > _TURN
+    number: NDArray[np.int64] = np.cumsum(np.concatenate(([False], (velocity[1:] > 0.0) != (velocity[:-1] > 0.0))))
+    return number
 
 
 def shared_by_passes(

@@ -154,7 +154,7 @@ def weights_of_sliding(ticks: Ticks, windows: Windows, evidence: Evidence, fit: 
     """
     q = fit.parameters
     weight = _weights(fit.residual, _kinds(ticks, windows, q), evidence.counts)
-    return np.where(_bent(ticks, windows, q) <= _KINDS[0], weight, 0.0)
+    return np.where((_bent(ticks, windows, q) <= _KINDS[0]) & evidence.slides, weight, 0.0)
 
 
 def _bent(ticks: Ticks, windows: Windows, q: Float64) -> Float64:

@@ -2,9 +2,11 @@
 
 Then T_st and T_c of the curve are those of no place.
 
-Slow windows tell it, both directions' mean, where the bumps that are left out of the curve are left out here too. What
-friction would be without whatever raises or lowers it along the way lies somewhere between its lower and higher places,
-or a little beyond them where it nowhere levels off. What is finer than a cell is seen where passes repeat it.
+Slow windows that slide tell it, both directions' mean, where the bumps that are left out of the curve are left out here
+too. What friction would be without whatever raises or lowers it along the way lies somewhere between its lower and
+higher places, or a little beyond them where it nowhere levels off. What is finer than a cell is seen where passes
+repeat it. Windows in which bristles may still bend are no evidence of a place: they begin at the same places in every
+pass.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.result import Reason
-from etb_hil.diagnosis.ripple import in_passes, shared_by_passes
+from etb_hil.diagnosis.ripple import pass_of, shared_by_passes
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.recording.samples import Float64
 
@@ -64,7 +66,7 @@ def uneven_way(evidence: Evidence, fit: StribeckFit) -> UnevenWay | None:
 
     None where that is chance or too little to matter.
     """
-    shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts
+    shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & evidence.slides
     fine, coarse = _fine(evidence, fit, shown), _coarse(evidence, fit, shown)
     if fine is None or coarse is None:
         return fine or coarse
@@ -74,8 +76,7 @@ def uneven_way(evidence: Evidence, fit: StribeckFit) -> UnevenWay | None:
 
 def _fine(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> UnevenWay | None:
     """Return a way that is uneven within cells; None where passes do not repeat it."""
-    number, clear = in_passes(evidence.position, evidence.velocity)
-    shown = shown & clear
+    number = pass_of(evidence.velocity)
     angle, speed, excess = evidence.position[shown], evidence.velocity[shown], excess_of(evidence, fit)[shown]
     shared, whole = shared_by_passes(angle, speed, number[shown], excess)
     if shared <= max(_LEAST_RIPPLE * _LEAST_RIPPLE, _REPEATS * whole):

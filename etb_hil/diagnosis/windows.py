@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK, Ticks
@@ -18,6 +19,8 @@ from etb_hil.recording.samples import Float64, Int64
 HALF_WIDTH = 8  # ticks: 17 ms in all, short against a dash's rise (75 ms) and fall (45 ms), which it would smear
 STRIDE = 4  # ticks from window to window: finer would repeat what overlapping windows already say
 _LENGTH = 2 * HALF_WIDTH + 1
+_PRESLIDING = 0.035  # rad after a turn in which bristles bend: the weakest elements of GMS by 5 % at 20 mrad still
+_TURNED = 1e-3  # rad back from the farthest angle: a step of a coarse plate track is 0.77 mrad
 _JITTER = 0.05  # share of a tick by which the distance of two ticks may be off: more means that samples are missing
 
 
@@ -63,6 +66,30 @@ def place_windows(ticks: Ticks, usable: Int64) -> Windows:
     centre = np.empty(len(ticks), np.int64)
     count = _place(ticks.time, usable, centre)
     return Windows(centre[:count].copy())
+
+
+def sliding(ticks: Ticks, windows: Windows) -> NDArray[np.bool_]:
+    """Return which windows (m) slide, by whatever law bristles bend.
+
+    All ticks of such a window are beyond the way that bristles bend over after a turn.
+    """
+    way = np.empty(len(ticks))
+    _way_since_turn(ticks.angle, way)
+    bends = np.concatenate(([0], np.cumsum(way < _PRESLIDING)))
+    return bends[windows.centre + HALF_WIDTH + 1] == bends[windows.centre - HALF_WIDTH]
+
+
+@njit(cache=True, error_model="numpy")
+def _way_since_turn(angle: Float64, out: Float64) -> None:
+    """Fill out (n) with how far angles (n) are from where the plate last turned."""
+    turn = farthest = angle[0] if len(angle) else 0.0
+    for k in range(len(angle)):
+        side = 1.0 if farthest > turn else -1.0
+        if (angle[k] - farthest) * side > 0.0 or farthest == turn:
+            farthest = angle[k]
+        elif (farthest - angle[k]) * side > _TURNED:
+            turn, farthest = farthest, angle[k]
+        out[k] = abs(angle[k] - turn)
 
 
 def share_that_follows(ticks: Ticks) -> float:

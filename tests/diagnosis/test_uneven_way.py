@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from independent_throttle import FAULTY, Unit, friction_check, off_by_tolerances, sense, simulate
+from independent_throttle import ELASTO_PLASTIC, FAULTY, GMS, Unit, friction_check, off_by_tolerances, sense, simulate
 from throttle_as_model import bench_model, rows_of
 
 from etb_hil.base.outcome import UnitVerdict
@@ -59,6 +59,16 @@ def sinusoid(unit, amplitude=0.57, frequency=30.0, periods=4, middle=0.742):
 
 def ids(result):
     return [reason.id for reason in result.reasons]
+
+
+@pytest.mark.parametrize("law", [ELASTO_PLASTIC, GMS], ids=["elasto-plastic", "GMS"])
+def test_bristles_that_bend_by_another_law_make_no_uneven_way(law):
+    """They bend after each turn, and so at the same places in every pass."""
+    result = judged(Unit(law=law), rate=20000)
+    assert "uneven_way" not in ids(result)
+    assert result.measurements.get("omega_s") is not None
+    stiction = result.measurements.get("T_st")
+    assert stiction.high - stiction.low < 0.06 * stiction.value
 
 
 def remark(result):

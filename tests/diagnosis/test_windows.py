@@ -12,6 +12,7 @@ from etb_hil.diagnosis.windows import (
     WINDOW,
     bend,
     place_windows,
+    sliding,
     window_means,
 )
 
@@ -73,3 +74,26 @@ def test_ticks_are_means():
     assert ticks.time == pytest.approx(np.arange(10) * TICK + 0.475 * TICK)
     assert ticks.angle == pytest.approx(3.0 * ticks.time)
     assert np.all(ticks.samples == 20)
+
+
+def test_windows_slide_from_35_mrad_after_a_turn_to_the_next_turn():
+    time = np.arange(0.0, 2.0, TICK)
+    angle = 0.4 - np.abs(0.4 - 0.4 * time)  # 0.4 rad at 0.4 rad/s, and back
+    ticks = ticks_of(time, angle)
+    windows = place_windows(ticks, np.ones(len(ticks), np.int64))
+    slides = sliding(ticks, windows)
+    first, last = (ticks.time[windows.centre + side * HALF_WIDTH] for side in (-1, 1))
+    bend = 0.035 / 0.4
+    inside = ((first > bend) & (last < 1.0)) | (first > 1.0 + bend)
+    touched = (first < bend) | ((last > 1.0 + 2.5 * TICK) & (first < 1.0 + bend))
+    assert np.all(slides[inside])
+    assert not np.any(slides[touched])
+
+
+def test_steps_of_a_coarse_angle_are_no_turns():
+    time = np.arange(0.0, 2.0, TICK)
+    step = 0.77e-3
+    noisy = step * np.round(0.4 * time / step + np.random.default_rng(3).normal(0.0, 0.1, len(time)))
+    ticks = ticks_of(time, noisy)
+    windows = place_windows(ticks, np.ones(len(ticks), np.int64))
+    assert np.all(sliding(ticks, windows)[ticks.time[windows.centre - HALF_WIDTH] > 0.1])
