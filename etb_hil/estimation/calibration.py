@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.filtering import Disturbance, Filtered, Normal, filtered, sensitivities
+from etb_hil.estimation.filtering import Disturbance, Filtered, Noise, Normal, filtered, sensitivities
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.plant.physics import COULOMB, STICTION, STOP_HIGH, STOP_LOW
@@ -38,6 +38,7 @@ _STOPS_TRIED = 6
 _NOISE = 2.0 * math.log(2.0)
 # Factor between variances of noise that are tried, and samples that tell them: of 8,000 the deviation is 1.6 %.
 _NOISE_STEP, _PART, _PARTS = 2.0, 1000, 8
+_SWEEPS = 2  # over all variances at a time: the unknowns are fitted anew between them
 _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
 _FARTHEST = 3.0  # standard deviations that an unknown moves at a time
 _DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step which is not worth its pass
@@ -166,36 +167,18 @@ def climbed(
 def settled(record: Record, fit: Fitted, steps: int = _STEPS, aim: float = -np.inf) -> Fitted:
     """Return a fit with its own disturbances and noise.
 
-    Disturbances are lowered, then the sensors' noise is fitted, and all unknowns anew with each, as long as the
-    posterior grows; `aim` as in `climbed`.
+    Their variances and the unknowns are fitted in turn as long as the posterior grows; `aim` as in `climbed`.
     """
+    part = record.thinned(_PARTS * _PART, _PARTS)
     while True:
-        fit = _lowered(record, fit, steps, aim)
         least = max(_SETTLED, _NEARER * (aim - fit.posterior))
-        quieter, gains = _with_noise(record, fit)
-        if gains < least:
+        disturbance, gains = _with_variances(part, fit)
+        if gains * len(record) / len(part) < least:
             return fit
-        found = climbed(record, fit.parameters, fit.unknowns, quieter, steps, aim=aim)
+        found = climbed(record, fit.parameters, fit.unknowns, disturbance, steps, aim=aim)
         if found.posterior < fit.posterior + least:
-            return fit
+            return max(fit, found, key=lambda one: one.posterior)
         fit = found
-
-
-def _lowered(record: Record, fit: Fitted, steps: int, aim: float) -> Fitted:
-    """Return a fit with disturbances lowered while its posterior grows.
-
-    Each lower one is fitted anew; `aim` as in `climbed`.
-    """
-    while True:
-        better, least = None, max(_SETTLED, _NEARER * (aim - fit.posterior))
-        for to in _lower(record, fit):
-            found = climbed(record, fit.parameters, fit.unknowns, to, steps, aim=aim)
-            if found.posterior > fit.posterior + least:
-                better = found
-                break
-        if better is None:
-            return fit
-        fit = better
 
 
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
@@ -206,57 +189,66 @@ def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown])
     return settled(record, fit)
 
 
-def _with_noise(record: Record, fit: Fitted) -> tuple[Disturbance, float]:
-    """Return a fit's disturbances with the likeliest noise, and what that gains.
+def _with_variances(part: Record, fit: Fitted) -> tuple[Disturbance, float]:
+    """Return a fit's disturbances with the likeliest variances, and the gain.
 
-    The variances are fitted one after the other, each by a parabola through the logarithm of the posterior. Parts of
-    a long record tell enough of noise; the gain in nats is extrapolated to the whole.
+    The gain in nats is that on a part of the record.
+
+    Each is fitted by a parabola through the logarithm of the posterior, one after the other.
     """
-    starts = np.linspace(0, max(len(record) - _PART, 0), _PARTS if len(record) > _PARTS * _PART else 1)
-    parts = [record.part(slice(round(k), round(k) + (_PART if len(starts) > 1 else len(record)))) for k in starts]
 
     def posterior(disturbance: Disturbance) -> float:
-        likelihood = sum(filtered(part, fit.parameters, disturbance).log_likelihood for part in parts)
+        likelihood = filtered(part, fit.parameters, disturbance).log_likelihood
         return likelihood + _log_prior_of_noise(disturbance.noise)
 
     first = posterior(fit.disturbance)
     best, found = fit.disturbance, first
-    for _ in range(_STEPS):
+    for _ in range(_SWEEPS):
         before = found
-        for k in range(len(best.noise)):
-            low, high = (_scaled(best, k, by) for by in (1.0 / _NOISE_STEP, _NOISE_STEP))
+        for k, (factor, least, most) in enumerate(_bounds(fit)):
+            at = _variances(best)[k]
+            low, high = (_with(best, k, min(max(at * by, least), most)) for by in (1.0 / factor, factor))
             at_low, at_high = posterior(low), posterior(high)
             bends = 2.0 * found - at_low - at_high
             rises = 0.5 * (at_high - at_low)
             by = rises / bends if bends > 0.0 else math.copysign(2.0, rises)
-            tried = _scaled(best, k, _NOISE_STEP ** min(max(by, -2.0), 2.0))
-            found, best = max(((found, best), (at_low, low), (posterior(tried), tried)), key=lambda one: one[0])
+            tried = _with(best, k, min(max(at * factor ** min(max(by, -2.0), 2.0), least), most))
+            found, best = max(((found, best), (at_low, low), (at_high, high), (posterior(tried), tried)), key=_first)
         if found - before < _SETTLED:
             break
-    return best, (found - first) * len(record) / sum(len(part) for part in parts)
+    return best, found - first
 
 
-def _scaled(disturbance: Disturbance, k: int, by: float) -> Disturbance:
-    """Return disturbances with one variance of noise multiplied, at most to 1."""
-    noise = list(disturbance.noise)
-    noise[k] = min(noise[k] * by, 1.0)
-    return replace(disturbance, noise=tuple(noise))
+def _first(pair: tuple[float, Disturbance]) -> float:
+    return pair[0]
+
+
+def _variances(disturbance: Disturbance) -> tuple[float, ...]:
+    return (disturbance.torque**2, disturbance.voltage**2, *disturbance.noise)
+
+
+def _with(disturbance: Disturbance, k: int, variance: float) -> Disturbance:
+    """Return disturbances with another variance in one place."""
+    found = list(_variances(disturbance))
+    found[k] = variance
+    return Disturbance(math.sqrt(found[0]), math.sqrt(found[1]), Noise(*found[2:]))
+
+
+def _bounds(fit: Fitted) -> list[tuple[float, float, float]]:
+    """Return of each variance a factor, the least and the most.
+
+    The factor is that between variances that are tried.
+    Disturbances fall by a decade at a time. A sensor has no more noise than its data sheet says.
+    """
+    torque, voltage = fit.disturbance.torque, fit.disturbance.voltage
+    found = []
+    for one, least in ((torque, _LEAST[0] * fit.parameters[COULOMB]), (voltage, _LEAST[1])):
+        found.append((_LOWERED, max(one / _LOWERED, least) ** 2, (one * _LOWERED) ** 2))
+    return [*found, *[(_NOISE_STEP, 1e-6, 1.0)] * (len(fit.disturbance.noise) - 1), (_NOISE_STEP, 1e-6, np.inf)]
 
 
 def _log_prior_of_noise(noise: Sequence[float]) -> float:
     return -0.5 * sum((math.log(one) / _NOISE) ** 2 for one in noise)
-
-
-def _lower(record: Record, fit: Fitted) -> list[Disturbance]:
-    """Return lower disturbances, the likelier first: both, and either of them."""
-    least = (_LEAST[0] * fit.parameters[COULOMB], _LEAST[1])
-    torque, voltage = fit.disturbance.torque, fit.disturbance.voltage
-    found = {}
-    for a, b in ((_LOWERED, _LOWERED), (_LOWERED, 1.0), (1.0, _LOWERED)):
-        to = replace(fit.disturbance, torque=max(torque / a, least[0]), voltage=max(voltage / b, least[1]))
-        if to != fit.disturbance and to not in found:
-            found[to] = filtered(record, fit.parameters, to).log_likelihood
-    return sorted(found, key=lambda one: -found[one])[:2]
 
 
 def _at_stops(record: Record, parameters: Float64, unknowns: Sequence[Unknown], first: Disturbance) -> Float64:

@@ -5,39 +5,54 @@ Sensitivities are those of the innovations.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from etb_hil.estimation import forces, kalman
+from etb_hil.estimation.kalman import SIZE
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.smoother import smooth
 from etb_hil.estimation.tangents import normal_matrix
-from etb_hil.estimation.throttle import FORCES, STATES, TORQUE, VOLTAGE
+from etb_hil.estimation.throttle import FORCES, OMEGA, RESTING, TORQUE, VOLTAGE
 from etb_hil.plant.effects.catalogue import OWN
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.recording.samples import Float64, Int64
 
 
+class Noise(NamedTuple):
+    """Variances of noise as multiples of what is stated of it.
+
+    They are those of the current, the plate's angle, the voltage, and the clock's jitter. An encoder has no noise but
+    its rounding, which is known.
+    """
+
+    current: float = 1.0
+    plate: float = 1.0
+    voltage: float = 1.0
+    jitter: float = 1.0
+
+
+AS_STATED = Noise()
+
+
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """Standard deviations of what the equations lack, in N·m and in V, and the noise.
-
-    `noise`: variances of the sensors' noise as multiples of what the data sheet states, for current, motor's and
-    plate's angle, and voltage.
-    """
+    """Standard deviations of what the equations lack, in N·m and in V, and the noise."""
 
     torque: float
     voltage: float
-    noise: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
+    noise: Noise = AS_STATED
 
 
 @dataclass(frozen=True, slots=True)
 class Filtered:
     """A filtered record of n samples; see `kalman.run`.
 
-    `states` (n, `STATES`) after the readings; `whitened` and `roots` (n, 3); the rest is there for sensitivities only.
+    `states` (n, `SIZE`) after the readings; `whitened` and `roots` (n, 3); the rest is there for sensitivities only.
     """
 
     parameters: Float64
@@ -57,13 +72,18 @@ class Filtered:
 
     @property
     def needed(self) -> tuple[float, float]:
-        """Rms of the disturbances that the filter needs, in N·m and in V."""
-        return tuple(float(np.sqrt(np.mean(self.states[:, at] ** 2))) for at in (TORQUE, VOLTAGE))  # type: ignore[return-value]
+        """Rms of the disturbances that the filter needs, in N·m and in V.
+
+        The torque is that of a plate that moves: at rest nothing tells it from the bristles' torque.
+        """
+        moves = np.abs(self.states[:, OMEGA]) > RESTING
+        torque = self.states[moves, TORQUE] if moves.any() else np.zeros(1)
+        return float(np.sqrt(np.mean(torque**2))), float(np.sqrt(np.mean(self.states[:, VOLTAGE] ** 2)))
 
 
 @dataclass(frozen=True, slots=True)
 class Smoothed:
-    """Smoothed states (n, `STATES`) and covariances (n, `STATES`, `STATES`)."""
+    """Smoothed states (n, `SIZE`) and covariances (n, `SIZE`, `SIZE`)."""
 
     states: Float64
     covariances: Float64
@@ -134,16 +154,19 @@ def _run(
     p, active = parameters.copy(), active_in(parameters)
     settings = record.settings.copy()
     settings[kalman.Q_TORQUE], settings[kalman.Q_VOLTAGE] = disturbance.torque**2, disturbance.voltage**2
-    settings[kalman.SCALE :] = disturbance.noise[: kalman.READINGS]
-    settings[kalman.NOISE_VOLTAGE] *= disturbance.noise[kalman.READINGS]
-    states, whitened, roots = np.empty((n, STATES)), np.empty((n, 3)), np.empty((n, 3))
-    slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, STATES))
-    moves, responses = np.empty((kept, STATES, STATES)), np.empty((kept, STATES, FORCES))
-    covariances, ahead = np.empty((all_, STATES, STATES)), np.empty((kept, STATES))
-    spreads, totals = np.empty((all_, STATES, STATES)), np.zeros(kalman.TOTALS)
+    noise = disturbance.noise
+    settings[kalman.SCALE], settings[kalman.SCALE + 2] = noise.current, noise.plate
+    settings[kalman.NOISE_VOLTAGE] *= noise.voltage
+    settings[kalman.JITTER] *= math.sqrt(noise.jitter)
+    states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
+    slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, SIZE))
+    moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
+    covariances, ahead = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE))
+    spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
-        record.dt, record.voltage, record.temperature, record.readings, p, active, settings, is_kept, states, whitened,
-        roots, slopes, gains, moves, responses, covariances, ahead, spreads, totals,
+        record.first, record.dt, record.voltage, record.unsure, record.temperature, record.readings, record.lasts, p,
+        active, settings, is_kept, states, whitened, roots, slopes, gains, moves, responses, covariances, ahead,
+        spreads, totals,
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
@@ -180,7 +203,7 @@ def sensitivities(
     matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
     rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
     normal_matrix(
-        record.dt, record.voltage, record.temperature, at.parameters, at.states, at.ahead, at.whitened,
+        record.first, record.dt, record.voltage, record.temperature, at.parameters, at.states, at.ahead, at.whitened,
         at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
         away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,27 +12,32 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.estimation import kalman
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
-from etb_hil.recording.samples import Float64
+from etb_hil.recording.samples import Bools, Float64
 
 _JITTER = 1e-6  # s rms between a sample's time and its stamp, where nothing else is known
+_COLUMNS = ("first", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
 _JUMP = 0.1  # share of the limp-home jump by which a spring's torque may be another near it (explain.md, section 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A segment of samples without gaps: columns (n) in SI.
+    """Segments of samples without gaps, one after the other: columns (n) in SI.
 
     Angles are at the throttle shaft.
 
-    `dt`: s to the next sample; `voltage`: V, held as long; `temperature`: degC; `readings` (n, 3): current, motor's and
-    plate's angle, NaN where there is none. `settings`: see `kalman`; the two disturbances and the multiples of the
-    noise are set for each run.
+    `first`: samples with which a segment begins; `dt`: s to the next sample; `voltage`: V, held as long; `unsure`: its
+    variance beyond the reading's noise, V^2; `temperature`: degC; `readings` (n, 3): current, motor's and plate's
+    angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two disturbances and the
+    multiples of the noise are set for each run.
     """
 
+    first: Bools
     dt: Float64
     voltage: Float64
+    unsure: Float64
     temperature: Float64
     readings: Float64
+    lasts: Float64
     settings: Float64
 
     def __len__(self) -> int:
@@ -44,8 +50,25 @@ class Record:
 
     def part(self, rows: slice) -> Record:
         """Return some of the samples that follow each other."""
-        dt, voltage, temperature = self.dt[rows], self.voltage[rows], self.temperature[rows]
-        return Record(dt, voltage, temperature, self.readings[rows], self.settings)
+        found = replace(self, **{name: getattr(self, name)[rows].copy() for name in _COLUMNS})
+        found.first[:1] = True
+        return found
+
+    def thinned(self, most: int, parts: int) -> Record:
+        """Return so many parts of the record, evenly along it.
+
+        Together they have `most` samples. A record that has no more samples is returned whole.
+        """
+        if len(self) <= most:
+            return self
+        length = most // parts
+        starts = np.linspace(0, len(self) - length, parts).round().astype(int)
+        return joined([self.part(slice(k, k + length)) for k in starts.tolist()])
+
+
+def joined(records: Sequence[Record]) -> Record:
+    """Return several records of one unit, by the same sensors, as one."""
+    return replace(records[0], **{name: np.concatenate([getattr(one, name) for one in records]) for name in _COLUMNS})
 
 
 def record(
@@ -57,10 +80,12 @@ def record(
     motor: Float64 | None = None,
     plate: Float64 | None = None,
     temperature: Float64 | float = 25.0,
+    unsure: Float64 | float = 0.0,
 ) -> Record:
     """Return a record of columns (n) in SI.
 
-    Time is in s, angles are at the throttle shaft, temperature is in degC.
+    Time is in s, angles are at the throttle shaft, temperature is in degC. `unsure`: variance of the voltage in V^2
+    beyond its reading's noise, as where the bridge is open.
 
     The noise is that of the model file's sensors. InputError where the time does not grow, or no angle was read.
     """
@@ -73,9 +98,33 @@ def record(
         )
     none = np.full(len(time), np.nan)
     readings = np.column_stack([none if one is None else one for one in (current, motor, plate)])
-    column = np.broadcast_to(np.asarray(temperature, float), (len(time),)).copy()
+    degrees, variance = (np.broadcast_to(np.asarray(one, float), (len(time),)).copy() for one in (temperature, unsure))
     settings = noise_settings(model.sensors, model.values.gear_ratio, model.tolerance("limp_home"))
-    return Record(np.append(steps, steps[-1]), np.asarray(voltage, float), column, readings, settings)
+    first = np.zeros(len(time), bool)
+    first[0] = True
+    return Record(
+        first,
+        np.append(steps, steps[-1]),
+        np.asarray(voltage, float),
+        variance,
+        degrees,
+        readings,
+        lasting(readings[:, 1]),
+        settings,
+    )
+
+
+def lasting(angle: Float64) -> Float64:
+    """Return the share of an angle's rounding error (n) that the next sample has, too.
+
+    Over n readings that stay the same the shaft turns by a step of the sensor, at most; so from one sample to the next
+    by 1 / n of it. The share is the autocorrelation of a sawtooth after that way.
+    """
+    edges = np.flatnonzero(np.diff(angle, prepend=np.nan, append=np.nan) != 0.0)
+    samples = np.repeat(np.diff(edges), np.diff(edges)).astype(np.float64)
+    shares = np.maximum(1.0 - 6.0 / samples * (1.0 - 1.0 / samples), 0.0)
+    shares[edges[1:] - 1] = 0.0
+    return shares
 
 
 def noise_settings(sensors: Sensors, gear_ratio: float, limp_home: float) -> Float64:
@@ -88,7 +137,6 @@ def noise_settings(sensors: Sensors, gear_ratio: float, limp_home: float) -> Flo
     s[kalman.STEP_MOTOR] = 2.0 * math.pi / sensors.motor_counts_per_turn / gear_ratio
     s[kalman.STEP_PLATE] = sensors.plate_range / 2**sensors.plate_bits
     s[kalman.NOISE_PLATE] = sensors.plate_noise**2
-    s[kalman.LASTS_MOTOR] = 1.0
     # How much of a rounding error noise leaves standing: the first harmonic of the rounding's sawtooth, squared.
     s[kalman.LASTS_PLATE] = math.exp(-4.0 * math.pi**2 * s[kalman.NOISE_PLATE] / s[kalman.STEP_PLATE] ** 2)
     s[kalman.NOISE_VOLTAGE] = sensors.voltage_noise**2 + sensors.voltage_step**2 / 12.0

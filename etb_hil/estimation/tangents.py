@@ -16,7 +16,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
-from etb_hil.estimation.kalman import READINGS
+from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE
 from etb_hil.estimation.motion import spring
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA
 from etb_hil.plant.exactmath import gauss
@@ -46,7 +46,7 @@ from etb_hil.plant.physics import (
     Vector,
     stop_torque,
 )
-from etb_hil.recording.samples import Float64, Int64
+from etb_hil.recording.samples import Bools, Float64, Int64
 
 _SHORT = 1e-6  # of a bristle's length
 _BLOCK = 256  # samples for which effects are evaluated at a time
@@ -54,7 +54,7 @@ _BLOCK = 256  # samples for which effects are evaluated at a time
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _carry(s: Float64, move: Float64, response: Float64, push: Float64, out: Float64) -> None:
-    """Fill in the tangents (`STATES`, c) after a prediction.
+    """Fill in the tangents (`SIZE`, c) after a prediction.
 
     Tangents follow from those before the prediction and from the forces `push` (`FORCES`, c).
     """
@@ -64,6 +64,8 @@ def _carry(s: Float64, move: Float64, response: Float64, push: Float64, out: Flo
         for j in range(s.shape[1]):
             by_state = f0 * s[0, j] + f1 * s[1, j] + f2 * s[2, j] + f3 * s[3, j] + f4 * s[4, j] + f5 * s[5, j]
             out[i, j] = by_state + b0 * push[0, j] + b1 * push[1, j] + b2 * push[2, j]
+    for j in range(s.shape[1]):
+        out[ROUNDING, j] = move[ROUNDING, ROUNDING] * s[ROUNDING, j]
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
@@ -127,6 +129,7 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64)
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
+    first: Bools,
     dt: Vector,
     voltage: Vector,
     temperature: Vector,
@@ -156,30 +159,34 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Their product with the innovations (c) is added up, too.
 
-    Along a filtered record (see `kalman.run`). Base columns: `base` (b) are places of parameters, `tied` (b) those of
-    what moves along in proportion, -1 for none. Behind them effect columns (e): `effects` their indices, `moved`
-    (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 where it is there without being moved; `shapes`
-    (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none. `until` (e): one behind the last of the
-    effect columns with which a column's products are wanted; those with base columns always are. `kept`
-    (n or 0, 3, c): takes the sensitivities of all whitened innovations.
+    Along a filtered record (`first` to `responses`: see `kalman.run`). Base columns: `base` (b) are places of
+    parameters, `tied` (b) those of what moves along in proportion, -1 for none. Behind them effect columns (e):
+    `effects` their indices, `moved` (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 where it is there
+    without being moved; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none. `until`
+    (e): one behind the last of the effect columns with which a column's products are wanted; those with base columns
+    always are. `kept` (n or 0, 3, c): takes the sensitivities of all whitened innovations.
     """
     nb, ne = len(base), len(effects)
     c = nb + ne
-    s, room = np.zeros((STATES, c)), np.zeros((STATES, c))
+    s, room = np.zeros((SIZE, c)), np.zeros((SIZE, c))
     z, row = np.zeros(c), np.zeros(c)
     push = np.zeros((FORCES, c))
     memories, plain = np.zeros((ne, forces.MEMORY)), np.zeros((ne, forces.MEMORY))
-    for j in range(ne):
-        memories[j] = forces.remembered(temperature[0], moved[j])
-        plain[j] = forces.remembered(temperature[0], p)
     added, one = np.zeros((_BLOCK, forces.ADDED, ne)), np.zeros((_BLOCK, forces.ADDED))
     without, out = np.zeros((_BLOCK, forces.ADDED)), np.zeros(forces.ADDED)
     lacks = np.zeros((PARAMETERS, FORCES + 1))
-    last = len(dt) - 1
+    last, begin, until_k = len(dt) - 1, 0, 0
     for k in range(len(dt)):
-        x, within = states[k], k % _BLOCK
-        if within == 0 and ne > 0:
-            until_k = min(k + _BLOCK, len(dt))
+        x = states[k]
+        if first[k]:
+            s[:] = 0.0
+            for j in range(ne):
+                memories[j] = forces.remembered(temperature[k], moved[j])
+                plain[j] = forces.remembered(temperature[k], p)
+        if k == until_k and ne > 0:
+            begin, until_k = k, k + 1
+            while until_k < min(k + _BLOCK, len(dt)) and not first[until_k]:
+                until_k += 1
             for j in range(ne):
                 if effects[j] < 0:
                     one[:] = 0.0
@@ -207,9 +214,11 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             at, slope = (CURRENT if m == 0 else THETA), slopes[k, m]
             for j in range(c):
                 z[j] = slope * s[at, j]
+                if m == 1:
+                    z[j] += s[ROUNDING, j]
             for j in range(ne):
-                z[nb + j] += added[within, forces.AT_CURRENT + m, j]
-            for i in range(STATES):
+                z[nb + j] += added[k - begin, forces.AT_CURRENT + m, j]
+            for i in range(SIZE):
                 gain = gains[k, m, i]
                 for j in range(c):
                     s[i, j] -= gain * z[j]
@@ -231,7 +240,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     push[m, j] += lacks[tied[j], m] * p[tied[j]] / p[base[j]]
         for m in range(FORCES):
             for j in range(ne):
-                push[m, nb + j] = added[within, m, j]
+                push[m, nb + j] = added[k - begin, m, j]
         _carry(s, moves[k], responses[k], push, room)
         for j in range(nb):
             bends = 0.5 * lacks[base[j], FORCES]

@@ -36,6 +36,9 @@ from etb_hil.recording.samples import Float64
 THETA, OMEGA, BRISTLE, TORQUE, CURRENT, VOLTAGE = range(6)
 STATES = 6
 CORRELATED = 0.5  # s, time constant of both disturbances
+# rad/s: below it the disturbance torque stays as it is. What is lacking acts on a plate that moves; a plate that rests
+# shows the sum of its bristles and a disturbance alone, and one that fades there bends them without a motion.
+RESTING = 0.01
 
 # What acts from outside the base equations, held over a step: a braking torque and its derivatives by angle and
 # velocity, a share of the friction level, and a lost voltage. The first three are `FORCES` of the response.
@@ -70,9 +73,10 @@ def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Floa
     bend = advance(x, p, motor, by_way, h, MOVING, r, by)
     way = x[THETA] - before
     p[COULOMB], p[STICTION] = coulomb, stiction
-    fades = math.exp(-h / CORRELATED)
+    moves = omega * omega / (omega * omega + RESTING * RESTING)
+    kept, fades = math.exp(-h * moves / CORRELATED), math.exp(-h / CORRELATED)
     x[CURRENT] = end * x[CURRENT] + (1.0 - end) / resistance * (driven - p[BACK_EMF] * way / h)
-    x[TORQUE] *= fades
+    x[TORQUE] *= kept
     x[VOLTAGE] *= fades
     per = r[TORQUE]
     by_level = r[MOVING - 1] / (1.0 + acting[LEVEL])
@@ -83,9 +87,9 @@ def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Floa
     # By the state before: all but a diagonal follows from how the way changes.
     keeps, rises, loses = by[BRISTLE], 2.0 / h, (1.0 - end) / resistance
     for j in range(STATES):
-        _carry(f, j, r, rises, bend, keeps, emf, end, loses, fades)
+        _carry(f, j, r, rises, bend, keeps, emf, end, loses, kept, fades)
     for j in range(FORCES):
-        _carry(b, j, r, rises, bend, keeps, emf, end, loses, fades)
+        _carry(b, j, r, rises, bend, keeps, emf, end, loses, kept, fades)
     _push(b, BRAKING, r[TORQUE], rises, bend, emf)
     _push(b, LEVEL, by_level, rises, bend, emf)
     _push(b, LOST, r[VOLTAGE], rises, bend, emf)
@@ -96,7 +100,7 @@ def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Floa
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _carry(
     f: Float64, j: int, r: Vector, rises: float, bend: float, keeps: float, emf: float, end: float, loses: float,
-    fades: float,
+    kept: float, fades: float,
 ) -> None:  # fmt: skip
     """Carry a column of derivatives over a step, in place."""
     way = r[0] * f[0, j] + r[1] * f[1, j] + r[2] * f[2, j] + r[3] * f[3, j] + r[4] * f[4, j] + r[5] * f[5, j]
@@ -104,7 +108,7 @@ def _carry(
     f[THETA, j] += way
     f[OMEGA, j] = rises * way - f[OMEGA, j]
     f[BRISTLE, j] = bend * way + keeps * f[BRISTLE, j]
-    f[TORQUE, j] *= fades
+    f[TORQUE, j] *= kept
     f[VOLTAGE, j] *= fades
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 Int64 = NDArray[np.int64]
 Float64 = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 LOSS_UNKNOWN = -1
 

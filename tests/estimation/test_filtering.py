@@ -10,12 +10,22 @@ from throttle_as_model import bench_model, parameters
 from etb_hil.base.errors import InputError
 from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities, smoothed
-from etb_hil.estimation.record import Record, record
+from etb_hil.estimation.record import joined, record
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.extended import advance_extended, new_extended_state
-from etb_hil.plant.physics import COULOMB, VISCOUS, stribeck
+from etb_hil.plant.physics import (
+    COULOMB,
+    GEAR_RATIO,
+    LIMP_HOME,
+    PRELOAD_OPEN,
+    RESISTANCE,
+    SLOPE_OPEN,
+    TORQUE_PER_AMPERE,
+    VISCOUS,
+    stribeck,
+)
 
 RATE = 2000
 SMALL = Disturbance(1e-3, 1e-2)
@@ -103,9 +113,18 @@ def test_a_data_sheet_that_states_twice_the_noise_is_corrected(fitted):
     _, _, fit = fitted
     steps = 10.0**2 / 12.0
     true = (10.0**2 + steps) / (20.0**2 + steps)
-    assert fit.disturbance.noise[3] == pytest.approx(true, rel=0.25)
-    assert max(fit.disturbance.noise) <= 1.0
+    assert fit.disturbance.noise.voltage == pytest.approx(true, rel=0.25)
+    assert max(fit.disturbance.noise[:3]) <= 1.0
     assert np.mean(fit.filtered.whitened[200:, 0] ** 2) == pytest.approx(1.0, abs=0.2)
+
+
+def test_the_jitter_of_the_clock_is_found():
+    """Angles are read 4 us (rms) off their stamps, where 1 us is supposed."""
+    made, model, truth = _record(Unit(), Unit(), 55)
+    late = np.random.default_rng(55).normal(0.0, 4e-6, len(made))
+    readings = made.readings + np.outer(late * truth[:, 1], [0.0, 1.0, 1.0])
+    fit = calibrated(replace(made, readings=readings), model.vector(), base_unknowns(model))
+    assert np.sqrt(fit.disturbance.noise.jitter) == pytest.approx(4.0, rel=0.25)
 
 
 def test_what_tolerances_cannot_hide_stays_visible():
@@ -190,15 +209,63 @@ def test_a_motion_that_goes_on_elsewhere_is_taken_up_afresh(healthy):
     """Where the unit was moved between two samples, the filter needs no disturbance to follow it."""
     made, model, truth = healthy
     there = int(np.argmax(np.abs(truth[:, 0] - truth[4000, 0])))
-    first, last = made.part(slice(0, 4000)), made.part(slice(there, None))
-    columns = [
-        np.concatenate([getattr(one, name) for one in (first, last)]) for name in ("dt", "voltage", "temperature")
-    ]
-    joined = Record(*columns, np.vstack([first.readings, last.readings]), made.settings)
-    found = filtered(joined, model.vector(), SMALL)
+    parts = [made.part(slice(0, 4000)), made.part(slice(there, None))]
+    seamless = replace(joined(parts), first=np.arange(4000 + len(parts[1])) == 0)
+    found = filtered(seamless, model.vector(), SMALL)
     assert found.rescued == 1
     assert np.max(np.abs(found.states[4100:, THETA] - truth[there + 100 :, 0])) < 1e-4
     assert found.needed[0] < 0.01 * Unit().coulomb
+
+
+def test_a_plate_that_rests_is_not_pushed_by_the_rounding_of_its_angle(healthy):
+    """While the encoder shows one number for 4 s, its error of up to half a step is no motion, and no disturbance."""
+    _, model, _ = healthy
+    p, n = model.vector(), 4 * RATE
+    angle = p[LIMP_HOME] + 0.3
+    current = (p[PRELOAD_OPEN] + 0.3 * p[SLOPE_OPEN]) / p[TORQUE_PER_AMPERE]
+    step = 2.0 * np.pi / model.sensors.motor_counts_per_turn / p[GEAR_RATIO]
+    for error in (-0.45, 0.45):
+        shown = np.full(n, angle + error * step)
+        volts = np.full(n, current * p[RESISTANCE])
+        at_rest = record(np.arange(n) / RATE, volts, model, current=np.full(n, current), motor=shown)
+        found = filtered(at_rest, p, SMALL)
+        assert np.abs(found.states[-1000:, OMEGA]).max() < 1e-3
+        assert abs(found.states[-1, BRISTLE]) < 0.05 * p[COULOMB]
+
+
+def test_an_open_bridge_tells_nothing_of_the_voltage(healthy):
+    """A coasting motor shows its back-EMF: where the voltage is unsure, no current is expected from it."""
+    made, model, _ = healthy
+    far = made.voltage.copy()
+    far[4000:4400] += 6.0
+    unsure = np.where(np.abs(np.arange(len(made)) - 4200) <= 200, 12.0**2, 0.0)
+    p = model.vector()
+    sure = filtered(replace(made, voltage=far), p, SMALL)
+    told = filtered(replace(made, voltage=far, unsure=unsure), p, SMALL)
+    assert np.sum(sure.whitened[4000:4400, 0] ** 2) > 100.0 * np.sum(told.whitened[4000:4400, 0] ** 2)
+    assert told.needed[1] < 0.01
+
+
+def test_segments_know_nothing_of_each_other(healthy):
+    made, model, _ = healthy
+    effect = CATALOGUE["friction_load"]
+    columns = [Column("coulomb", 1e-5, COULOMB), Column("effect", 1e-4, effect.indices[0], effect)]
+    parts = [made.part(slice(2000, 5000)), made.part(slice(6000, 8000))]
+    apart = [filtered(one, model.vector(), SMALL, is_kept=True) for one in parts]
+    together = filtered(joined(parts), model.vector(), SMALL, is_kept=True)
+    assert together.log_likelihood == pytest.approx(sum(one.log_likelihood for one in apart), abs=1e-6)
+    each = [sensitivities(one, at, columns).matrix for one, at in zip(parts, apart, strict=True)]
+    assert np.allclose(sensitivities(joined(parts), together, columns).matrix, sum(each), rtol=1e-6)
+
+
+def test_a_long_record_is_thinned_to_parts_along_all_of_it(healthy):
+    made, _, _ = healthy
+    some = made.thinned(2000, 4)
+    assert len(some) == 2000
+    assert np.flatnonzero(some.first).tolist() == [0, 500, 1000, 1500]
+    assert (some.readings[0] == made.readings[0]).all()
+    assert (some.readings[-1] == made.readings[-1]).all()
+    assert made.thinned(len(made), 4) is made
 
 
 def test_readings_may_be_missing(healthy):

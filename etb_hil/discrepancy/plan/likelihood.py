@@ -18,12 +18,13 @@ from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.sampling import open_bridge
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.current_model import accept, continue_from
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.discrepancy.search.friction_drift import DRIFTS, WEARS
 from etb_hil.discrepancy.search.rejection import reason_to_reject
-from etb_hil.estimation.record import Record, record
+from etb_hil.estimation.record import Record, joined, record
 from etb_hil.hypotheses.candidates import is_in_filter
 from etb_hil.hypotheses.comparison import Hypothesis, compared, misfit_of_model, misfit_with
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -32,7 +33,6 @@ from etb_hil.plant.parameters import Model
 from etb_hil.results.explained.causes import Isolation
 
 _OWN_NAME = {f"parameter:{stated}": f"parameter:{own}" for own, stated in MODEL_FILE_NAME.items()}
-_WHOLE = 0.9  # of all samples: a record that has as many is judged for all
 _NOTHING = 1.0  # a smaller misfit is immaterial: nothing is left to be explained
 _ITERATIONS = 6
 _NEAR = 2.0  # times what the balances' own winner leaves: a cause that they contradict is not put in its place
@@ -40,23 +40,22 @@ _IDLE = "the first cause explains the whole residual"
 
 
 def weigh(findings: Findings) -> tuple[Isolation, ...]:
-    """Judge findings by the likelihood of their longest record.
+    """Judge findings by the likelihood of their record.
 
     Returns what that distinguishes. Removed from an ambiguity group is what the whole record makes unlikely. A likelier
     parameter takes the place of an effect that is the only cause. Later causes are dropped where the misfit with the
     first one is immaterial. With an immaterial misfit nothing is unexplained. Findings of drives and of a plug-in's
     effect, and those cut short, stay as they are.
     """
-    measured = max((b.measured for b in findings.balances), key=len)
-    if measured.is_drive or not _is_open(findings):
+    measured = [b.measured for b in findings.balances]
+    if any(one.is_drive for one in measured) or not _is_open(findings):
         return ()
-    made = as_record(measured, findings.model)
-    is_whole = len(measured) > _WHOLE * sum(len(b.measured) for b in findings.balances)
+    made = joined([as_record(one, findings.model) for one in measured])
     if not findings.accepted:
-        if is_whole and misfit_of_model(made, findings.model) < _NOTHING:
+        if misfit_of_model(made, findings.model) < _NOTHING:
             findings.verdict = "adequate"
         return ()
-    if is_whole and len(findings.accepted) > 1:
+    if len(findings.accepted) > 1:
         _drop_idle(findings, made)
     misfit, found = np.inf, []
     for each in findings.accepted:
@@ -65,9 +64,9 @@ def weigh(findings: Findings) -> tuple[Isolation, ...]:
             misfit = winner.misfit if winner is not None else np.inf
             if winner is not None and winner.explains_all_but_little:
                 findings.curve = 0.0  # a spline over what numbers leave says nothing of the little that they leave
-            found += [Isolation(step.winner.id, gone, measured.origin)] if gone else []
+            found += [Isolation(step.winner.id, gone, measured[0].origin)] if gone else []
     findings.verdict = decision.verdict(findings)
-    if is_whole and misfit < _NOTHING and findings.verdict == "unexplained":
+    if misfit < _NOTHING and findings.verdict == "unexplained":
         findings.verdict = "ambiguous" if any(each.ambiguity_group for each in findings.accepted) else "explained"
     return tuple(found)
 
@@ -76,10 +75,12 @@ def as_record(measured: Measurement, model: Model) -> Record:
     """Return a measurement as the filter takes it."""
     motor, plate = measured.motor_and_plate
     is_alone = measured.is_plates and measured.encoder is None
+    # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
+    unsure = np.where(open_bridge(measured) | ~measured.is_good, model.values.voltage_limit**2, 0.0)
     return record(
         np.arange(len(measured), dtype=np.float64) * measured.dt, measured.voltage, model, current=measured.current,
         motor=None if is_alone else motor, plate=measured.angle if is_alone else plate,
-        temperature=measured.temperature,
+        temperature=measured.temperature, unsure=unsure,
     )  # fmt: skip
 
 
