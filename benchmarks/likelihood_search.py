@@ -27,6 +27,7 @@ FITTED = 8  # hypotheses of the linear pass whose fit is begun
 BEGUN = 2  # Gauss-Newton steps of that
 HOPELESS = 0.1  # share of the gain of the likeliest that a hypothesis has after them, or it is excluded
 MOST_CAUSES = 3
+SEARCHED, PARTS = 12_000, 12  # samples of a record that are searched, and parts that they come in
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +83,9 @@ class Found:
         return "ambiguous" if any(step.group for step in self.causes) else "explained"
 
 
-def searched(record: Record, model: Model, without: Sequence[str] = ()) -> Found:
+def searched(whole: Record, model: Model, without: Sequence[str] = ()) -> Found:
     """Return what a record needs beside a model; `without`: ids that are not tried."""
+    record = whole.thinned(SEARCHED, PARTS)
     first = before = calibrated(record, model.vector(), base_unknowns(model))
     ids = [id_ for id_ in CATALOGUE if id_ not in without]
     steps: list[Step] = []
