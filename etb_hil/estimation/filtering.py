@@ -17,7 +17,7 @@ from etb_hil.estimation.kalman import SIZE
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.smoother import smooth
 from etb_hil.estimation.tangents import normal_matrix
-from etb_hil.estimation.throttle import FORCES, OMEGA, RESTING, TORQUE, VOLTAGE
+from etb_hil.estimation.throttle import FORCES, OMEGA, TORQUE, VOLTAGE
 from etb_hil.plant.effects.catalogue import OWN
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.recording.samples import Float64, Int64
@@ -52,7 +52,8 @@ class Disturbance:
 class Filtered:
     """A filtered record of n samples; see `kalman.run`.
 
-    `states` (n, `SIZE`) after the readings; `whitened` and `roots` (n, 3); the rest is there for sensitivities only.
+    `states` (n, `SIZE`) after the readings; `whitened` and `roots` (n, 3); `rests`: velocity in rad/s below which the
+    plate rests; the rest is there for sensitivities only.
     """
 
     parameters: Float64
@@ -64,6 +65,7 @@ class Filtered:
     states: Float64
     whitened: Float64
     roots: Float64
+    rests: float
     slopes: Float64
     gains: Float64
     moves: Float64
@@ -76,7 +78,7 @@ class Filtered:
 
         The torque is that of a plate that moves: at rest nothing tells it from the bristles' torque.
         """
-        moves = np.abs(self.states[:, OMEGA]) > RESTING
+        moves = np.abs(self.states[:, OMEGA]) > self.rests
         torque = self.states[moves, TORQUE] if moves.any() else np.zeros(1)
         return float(np.sqrt(np.mean(torque**2))), float(np.sqrt(np.mean(self.states[:, VOLTAGE] ** 2)))
 
@@ -170,8 +172,8 @@ def _run(
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
-        int(totals[kalman.OUTLYING]), states, whitened, roots, slopes, gains, moves, responses,
-        ahead,
+        int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]), slopes, gains, moves,
+        responses, ahead,
     )  # fmt: skip
     return found, covariances, spreads
 

@@ -57,9 +57,10 @@ READINGS = 3
 # What is known of the noise: variances of white noise of each reading, steps of both angles (rad), share of the plate's
 # step that lasts as long as an edge (0 where noise dithers it), jitter of the clock (s), variances of both
 # disturbances, of the voltage's reading, the limp-home jump's unsure share, the angle about it (rad) in which it is
-# unsure, and from `SCALE` on what multiplies the variances of the noise of each reading (`READINGS`).
+# unsure, the velocity (rad/s) below which the plate rests, and from `SCALE` on what multiplies the variances of the
+# noise of each reading (`READINGS`).
 (NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER,
- Q_TORQUE, Q_VOLTAGE, NOISE_VOLTAGE, JUMP, NEAR, SCALE) = range(13)  # fmt: skip
+ Q_TORQUE, Q_VOLTAGE, NOISE_VOLTAGE, JUMP, NEAR, RESTS, SCALE) = range(14)  # fmt: skip
 SETTINGS = SCALE + READINGS
 
 # The state of `throttle`, and the rounding error of the motor's angle (rad), which lasts as long as an edge.
@@ -128,7 +129,7 @@ def acting_on(
 
 @njit(cache=True, error_model="numpy")
 def predict(
-    x: Vector, p: Vector, voltage: float, dt: float, acting: Vector, f: Float64, b: Float64, work: Float64
+    x: Vector, p: Vector, voltage: float, dt: float, acting: Vector, rests: float, f: Float64, b: Float64, work: Float64
 ) -> None:
     """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
@@ -143,7 +144,7 @@ def predict(
         f[i, i] = 1.0
     for _ in range(parts):
         acting[BRAKING] = braking + acting[BY_ANGLE] * (x[THETA] - theta) + acting[BY_VELOCITY] * (x[OMEGA] - omega)
-        step(x, p, voltage, h, acting, f, b, work)
+        step(x, p, voltage, h, acting, rests, f, b, work)
     acting[BRAKING] = braking
 
 
@@ -354,7 +355,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             covariances[k] = cov
         before = x[THETA]
         acting_on(x, voltage[k], temperature[k], active, memory, p, acting, added)
-        predict(x, p, voltage[k], h, acting, f, b, work)
+        predict(x, p, voltage[k], h, acting, s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         for j in range(len(active)):

@@ -16,6 +16,9 @@ from etb_hil.recording.samples import Bools, Float64
 
 _JITTER = 1e-6  # s rms between a sample's time and its stamp, where nothing else is known
 _COLUMNS = ("first", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
+_RESTS = 0.01  # of a record's rms velocity: a plate that is slower rests
+_SLOWEST = 1e-12  # rad/s, of a plate that never moves
+_SMOOTH = 0.05  # s over which that velocity is measured: the noise of a plate's sensor is no motion
 _JUMP = 0.1  # share of the limp-home jump by which a spring's torque may be another near it (explain.md, section 1)
 
 
@@ -100,6 +103,7 @@ def record(
     readings = np.column_stack([none if one is None else one for one in (current, motor, plate)])
     degrees, variance = (np.broadcast_to(np.asarray(one, float), (len(time),)).copy() for one in (temperature, unsure))
     settings = noise_settings(model.sensors, model.values.gear_ratio, model.tolerance("limp_home"))
+    settings[kalman.RESTS] = max(_RESTS * _velocity(time, readings[:, 2 if motor is None else 1]), _SLOWEST)
     first = np.zeros(len(time), bool)
     first[0] = True
     return Record(
@@ -112,6 +116,16 @@ def record(
         lasting(readings[:, 1]),
         settings,
     )
+
+
+def _velocity(time: Float64, angle: Float64) -> float:
+    """Return the rms velocity of a motion in rad/s."""
+    known = np.isfinite(angle)
+    time, angle = time[known], angle[known]
+    if len(time) < 2:
+        return 0.0
+    every = min(max(round(_SMOOTH * len(time) / (time[-1] - time[0])), 1), len(time) - 1)
+    return float(np.sqrt(np.mean((np.diff(angle[::every]) / np.diff(time[::every])) ** 2)))
 
 
 def lasting(angle: Float64) -> Float64:

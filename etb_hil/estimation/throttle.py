@@ -36,9 +36,6 @@ from etb_hil.recording.samples import Float64
 THETA, OMEGA, BRISTLE, TORQUE, CURRENT, VOLTAGE = range(6)
 STATES = 6
 CORRELATED = 0.5  # s, time constant of both disturbances
-# rad/s: below it the disturbance torque stays as it is. What is lacking acts on a plate that moves; a plate that rests
-# shows the sum of its bristles and a disturbance alone, and one that fades there bends them without a motion.
-RESTING = 0.01
 
 # What acts from outside the base equations, held over a step: a braking torque and its derivatives by angle and
 # velocity, a share of the friction level, and a lost voltage. The first three are `FORCES` of the response.
@@ -49,12 +46,15 @@ _BENT_MOST = 1.2  # times the friction level: bristles bent further turn the sig
 
 
 @njit(cache=True, error_model="numpy")
-def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Float64, b: Float64, work: Float64) -> None:
+def step(
+    x: Vector, p: Vector, voltage: float, h: float, acting: Vector, rests: float, f: Float64, b: Float64, work: Float64
+) -> None:
     """Move the state by h s under a voltage in V, with its derivatives.
 
-    `acting` (`ACTING`): what effects add. `f` (`STATES`, `STATES`): by the state where a sample begins; `b` (`STATES`,
-    `FORCES`): by the braking torque, the share of the friction level and the lost voltage. `work` (2, at least
-    `MOVING`).
+    `acting` (`ACTING`): what effects add. Below the velocity `rests` in rad/s the disturbance torque stays as it is:
+    what is lacking acts on a plate that moves, and one that rests shows the sum of that torque and its bristles' alone.
+    `f` (`STATES`, `STATES`): by the state where a sample begins; `b` (`STATES`, `FORCES`): by the braking torque, the
+    share of the friction level and the lost voltage. `work` (2, at least `MOVING`).
     """
     r, by = work[0], work[1]
     coulomb, stiction = p[COULOMB], p[STICTION]
@@ -73,7 +73,7 @@ def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Floa
     bend = advance(x, p, motor, by_way, h, MOVING, r, by)
     way = x[THETA] - before
     p[COULOMB], p[STICTION] = coulomb, stiction
-    moves = omega * omega / (omega * omega + RESTING * RESTING)
+    moves = omega * omega / (omega * omega + rests * rests)
     kept, fades = math.exp(-h * moves / CORRELATED), math.exp(-h / CORRELATED)
     x[CURRENT] = end * x[CURRENT] + (1.0 - end) / resistance * (driven - p[BACK_EMF] * way / h)
     x[TORQUE] *= kept

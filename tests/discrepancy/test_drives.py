@@ -6,6 +6,7 @@ from explain_drives import CASES, outcome, searched
 from generator.axis import draw_axis
 
 from etb_hil.discrepancy.answer.quality import data_quality
+from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.plan.next_test import next_test
 
 
@@ -22,11 +23,11 @@ def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
 def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):
     """Every number is off by the same factor then, and nothing but their tolerances tells."""
     found = [searched(draw_axis(222101 + k, motion, force_scale=1.25)) for k in range(3)]
-    outcomes = [outcome(findings, "current_sensor_gain") for findings in found]
+    outcomes = [outcome(findings, ("current_sensor_gain",)) for findings in found]
     assert set(outcomes) <= {"in its class", "unexplained", "adequate"}
     asked = [next_test(f) for f, said in zip(found, outcomes, strict=True) if said == "in its class"]
     assert asked
-    assert all(test is not None and "a known force on what moves" in test.says for test in asked)
+    assert all(test is not None and "apply a known force" in test.text for test in asked)
 
 
 @pytest.mark.parametrize(
@@ -46,5 +47,15 @@ def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):
     ],
 )
 def test_what_is_off_is_named_or_in_its_class(motion, case):
-    options, truth = CASES[case]
-    assert outcome(searched(draw_axis(222102, motion, **options)), truth) in ("named", "in its class")
+    options, truths = CASES[case]
+    assert outcome(searched(draw_axis(222102, motion, **options)), truths) in ("named", "in its class")
+
+
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
+def test_friction_that_is_raised_everywhere_is_told_from_other_shapes_by_the_likelihood(motion):
+    options, _ = CASES["friction 50 % larger"]
+    findings = searched(draw_axis(222103, motion, **options))
+    weigh(findings)
+    assert {one.winner.id for one in findings.accepted} == {"parameter:coulomb", "parameter:stiction"}
+    others = {id_ for one in findings.accepted for id_ in one.ambiguity_group}
+    assert not others & {"presliding_hysteresis", "friction_position_local", "friction_asymmetry"}

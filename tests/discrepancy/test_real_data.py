@@ -112,7 +112,7 @@ def test_only_the_test_files_position_was_filtered(answer):
 def test_a_column_in_another_unit_than_it_says_is_flagged(answer):
     estimation, test = (" ".join(one["flags"]) for one in plain(answer)["data_quality"])
     assert "command_force" not in estimation
-    assert "with one of it come 36 N of the drive's force" in test
+    assert "a step of 1 N changes the drive's force by 36 N" in test
 
 
 def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():

@@ -229,6 +229,7 @@ def test_a_plate_that_rests_is_not_pushed_by_the_rounding_of_its_angle(healthy):
         volts = np.full(n, current * p[RESISTANCE])
         at_rest = record(np.arange(n) / RATE, volts, model, current=np.full(n, current), motor=shown)
         found = filtered(at_rest, p, SMALL)
+        assert np.all(np.isfinite(found.states))
         assert np.abs(found.states[-1000:, OMEGA]).max() < 1e-3
         assert abs(found.states[-1, BRISTLE]) < 0.05 * p[COULOMB]
 
@@ -294,5 +295,6 @@ def test_a_record_without_an_angle_or_with_a_clock_that_stands_is_refused(health
     time, volts = np.arange(10) * 5e-4, np.zeros(10)
     with pytest.raises(InputError, match="angle"):
         record(time, volts, model, current=volts)
+    assert len(record(time, volts, model, motor=np.full(10, np.nan), plate=volts)) == 10
     with pytest.raises(InputError, match="grow"):
         record(np.zeros(10), volts, model, motor=volts)

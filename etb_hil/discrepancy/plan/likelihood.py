@@ -24,6 +24,7 @@ from etb_hil.discrepancy.search.current_model import accept, continue_from
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.discrepancy.search.friction_drift import DRIFTS, WEARS
 from etb_hil.discrepancy.search.rejection import reason_to_reject
+from etb_hil.estimation.kalman import NOISE_VOLTAGE
 from etb_hil.estimation.record import Record, joined, record
 from etb_hil.hypotheses.candidates import is_in_filter
 from etb_hil.hypotheses.comparison import Hypothesis, compared, misfit_of_model, misfit_with
@@ -44,11 +45,11 @@ def weigh(findings: Findings) -> tuple[Isolation, ...]:
 
     Returns what that distinguishes. Removed from an ambiguity group is what the whole record makes unlikely. A likelier
     parameter takes the place of an effect that is the only cause. Later causes are dropped where the misfit with the
-    first one is immaterial. With an immaterial misfit nothing is unexplained. Findings of drives and of a plug-in's
-    effect, and those cut short, stay as they are.
+    first one is immaterial. With an immaterial misfit nothing is unexplained. Findings with a plug-in's effect, and
+    those cut short, stay as they are.
     """
     measured = [b.measured for b in findings.balances]
-    if any(one.is_drive for one in measured) or not _is_open(findings):
+    if not _is_open(findings):
         return ()
     made = joined([as_record(one, findings.model) for one in measured])
     if not findings.accepted:
@@ -72,7 +73,15 @@ def weigh(findings: Findings) -> tuple[Isolation, ...]:
 
 
 def as_record(measured: Measurement, model: Model) -> Record:
-    """Return a measurement as the filter takes it."""
+    """Return a measurement as the filter takes it.
+
+    The force of a drive stands where a throttle has its voltage: a drive's winding has 1 ohm and no lag.
+    """
+    if measured.is_drive:
+        time = np.arange(len(measured), dtype=np.float64) * measured.dt
+        made = record(time, measured.voltage, model, motor=measured.angle)
+        made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2
+        return made
     motor, plate = measured.motor_and_plate
     is_alone = measured.is_plates and measured.encoder is None
     # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
