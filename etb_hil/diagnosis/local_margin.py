@@ -1,7 +1,7 @@
 """The return margin at each place: what the spring has over friction there.
 
-The margin of the fitted curve is that at limp-home, where the springs are weakest. A local bump is no part of the
-curve, and the plate has to pass it too.
+The margin of the fitted curve is that at limp-home, where the springs are weakest. The curve does not
+contain a local bump, and the plate has to pass it too.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def local_shortfall(
     band: float,
     gain: tuple[float, float],
 ) -> Shortfall | None:
-    """Return where friction leaves the spring least, if maybe below a limit.
+    """Return the place of the least margin, if it may be below a limit.
 
     None where it is certain to be above. The marginal band counts as neither. The plate returns in one direction, and
     friction that is higher in the other one does not hold it. Certain is only what both directions show.

@@ -5,8 +5,7 @@ Then T_st and T_c of the curve are those of no place.
 Slow windows that slide tell it, both directions' mean, where the bumps that are left out of the curve are left out here
 too. What friction would be without whatever raises or lowers it along the way lies somewhere between its lower and
 higher places, or a little beyond them where it nowhere levels off. What is finer than a cell is seen where passes
-repeat it. Windows in which bristles may still bend are no evidence of a place: they begin at the same places in every
-pass.
+repeat it. Windows in which bristles may still bend do not count: they begin at the same places in every pass.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
+from etb_hil.diagnosis.local_margin import Shortfall
 from etb_hil.diagnosis.measuring import Measured
 from etb_hil.diagnosis.places_seen import MOST_UNSEEN
 from etb_hil.diagnosis.result import Reason
@@ -169,11 +170,7 @@ def _short(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     short = grounds.shortfall
     if short is None or not short.is_certain or _stands(judged, "return_margin") is UnitVerdict.FAIL:
         return []
-    text = (
-        f"at {math.degrees(short.angle):.1f} deg friction is locally higher and leaves the spring {short.margin:.3f} "
-        f"N·m (at most {short.high:.3f}; at least {short.limit:.3f} needed)"
-    )
-    return [Reason("return_margin_local", text)]
+    return [Reason("return_margin_local", _margin_at(short, f"at most {short.high:.3f}"))]
 
 
 def _short_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
@@ -184,11 +181,14 @@ def _short_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reaso
     short = grounds.shortfall
     if short is None or short.is_certain or _stands(judged, "return_margin") is not UnitVerdict.PASS:
         return []
-    text = (
-        f"at {math.degrees(short.angle):.1f} deg friction is locally higher and leaves the spring {short.margin:.3f} "
-        f"N·m ({short.low:.3f} to {short.high:.3f}; at least {short.limit:.3f} needed)"
+    return [Reason("return_margin_local_undecided", _margin_at(short, f"{short.low:.3f} to {short.high:.3f}"))]
+
+
+def _margin_at(short: Shortfall, interval: str) -> str:
+    return (
+        f"at {math.degrees(short.angle):.1f} deg friction is locally higher and the return margin is "
+        f"{short.margin:.3f} N·m ({interval}; at least {short.limit:.3f} needed)"
     )
-    return [Reason("return_margin_local_undecided", text)]
 
 
 def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:

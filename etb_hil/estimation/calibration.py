@@ -192,9 +192,8 @@ def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown])
 def _with_variances(part: Record, fit: Fitted) -> tuple[Disturbance, float]:
     """Return a fit's disturbances with the likeliest variances, and the gain.
 
-    The gain in nats is that on a part of the record.
-
-    Each is fitted by a parabola through the logarithm of the posterior, one after the other.
+    The gain in nats is that on a part of the record. Each variance is fitted by a parabola through the logarithm of the
+    posterior, one after the other.
     """
 
     def posterior(disturbance: Disturbance) -> float:
@@ -213,14 +212,11 @@ def _with_variances(part: Record, fit: Fitted) -> tuple[Disturbance, float]:
             rises = 0.5 * (at_high - at_low)
             by = rises / bends if bends > 0.0 else math.copysign(2.0, rises)
             tried = _with(best, k, min(max(at * factor ** min(max(by, -2.0), 2.0), least), most))
-            found, best = max(((found, best), (at_low, low), (at_high, high), (posterior(tried), tried)), key=_first)
+            all_of_them = ((found, best), (at_low, low), (at_high, high), (posterior(tried), tried))
+            found, best = max(all_of_them, key=lambda one: one[0])
         if found - before < _SETTLED:
             break
     return best, found - first
-
-
-def _first(pair: tuple[float, Disturbance]) -> float:
-    return pair[0]
 
 
 def _variances(disturbance: Disturbance) -> tuple[float, ...]:
@@ -235,10 +231,10 @@ def _with(disturbance: Disturbance, k: int, variance: float) -> Disturbance:
 
 
 def _bounds(fit: Fitted) -> list[tuple[float, float, float]]:
-    """Return of each variance a factor, the least and the most.
+    """Return how each variance is searched: a factor, its least and its most.
 
-    The factor is that between variances that are tried.
-    Disturbances fall by a decade at a time. A sensor has no more noise than its data sheet says.
+    Variances that are tried differ by the factor. Disturbances fall by a decade at a time. A sensor has at most the
+    noise that its data sheet states.
     """
     torque, voltage = fit.disturbance.torque, fit.disturbance.voltage
     found = []

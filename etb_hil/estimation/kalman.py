@@ -56,9 +56,9 @@ from etb_hil.recording.samples import Bools, Float64, Int64
 READINGS = 3
 # What is known of the noise: variances of white noise of each reading, steps of both angles (rad), share of the plate's
 # step that lasts as long as an edge (0 where noise dithers it), jitter of the clock (s), variances of both
-# disturbances, of the voltage's reading, the limp-home jump's unsure share, the angle about it (rad) in which it is
-# unsure, the velocity (rad/s) below which the plate rests, and from `SCALE` on what multiplies the variances of the
-# noise of each reading (`READINGS`).
+# disturbances, of the voltage's reading, the unsure share of the limp-home jump and of the stops' torque, the angle
+# about limp-home (rad) in which it is unsure, the velocity (rad/s) below which the plate rests, and from `SCALE` on
+# what multiplies the variances of the noise of each reading (`READINGS`).
 (NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER,
  Q_TORQUE, Q_VOLTAGE, NOISE_VOLTAGE, JUMP, NEAR, RESTS, SCALE) = range(14)  # fmt: skip
 SETTINGS = SCALE + READINGS

@@ -18,8 +18,8 @@ _JITTER = 1e-6  # s rms between a sample's time and its stamp, where nothing els
 _COLUMNS = ("first", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
 _RESTS = 0.01  # of a record's rms velocity: a plate that is slower rests
 _SLOWEST = 1e-12  # rad/s, of a plate that never moves
-_SMOOTH = 0.05  # s over which that velocity is measured: the noise of a plate's sensor is no motion
-_JUMP = 0.1  # share of the limp-home jump by which a spring's torque may be another near it (explain.md, section 1)
+_SMOOTH = 0.05  # s over which that velocity is measured, so that the noise of a plate's sensor averages out
+_JUMP = 0.1  # share by which the torque of limp-home's jump and of the stops may be another (explain.md, section 1)
 
 
 @dataclass(frozen=True, slots=True)

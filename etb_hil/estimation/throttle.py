@@ -51,8 +51,8 @@ def step(
 ) -> None:
     """Move the state by h s under a voltage in V, with its derivatives.
 
-    `acting` (`ACTING`): what effects add. Below the velocity `rests` in rad/s the disturbance torque stays as it is:
-    what is lacking acts on a plate that moves, and one that rests shows the sum of that torque and its bristles' alone.
+    `acting` (`ACTING`): what effects add. Below the velocity `rests` in rad/s the disturbance torque stays as it is: a
+    plate at rest shows only the sum of that torque and its bristles'.
     `f` (`STATES`, `STATES`): by the state where a sample begins; `b` (`STATES`, `FORCES`): by the braking torque, the
     share of the friction level and the lost voltage. `work` (2, at least `MOVING`).
     """

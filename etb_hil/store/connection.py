@@ -88,7 +88,7 @@ def begin(address: StoreAddress, connection: Any) -> None:  # noqa: ANN401 (of t
 def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN401
     """Return the revision of a store's tables.
 
-    The revision is empty where there are none, or those of the first version. InputError where it is no name.
+    The revision is empty where there are none, or those of the first version. InputError where its name is missing.
     """
     known = "to_regclass('alembic_version') IS NOT NULL"
     if not address.is_server:

@@ -218,7 +218,7 @@ def test_a_motion_that_goes_on_elsewhere_is_taken_up_afresh(healthy):
 
 
 def test_a_plate_that_rests_is_not_pushed_by_the_rounding_of_its_angle(healthy):
-    """While the encoder shows one number for 4 s, its error of up to half a step is no motion, and no disturbance."""
+    """The encoder shows one number for 4 s, with an error of nearly half a step."""
     _, model, _ = healthy
     p, n = model.vector(), 4 * RATE
     angle = p[LIMP_HOME] + 0.3

@@ -18,7 +18,7 @@ from etb_hil.canio.logs.gunzip import Gunzip
 from etb_hil.canio.logs.notes import Notes
 
 MAX_LINE = 1 << 16  # letters; a longer line is no line
-MOST_ODD_LINES = 500_000  # without a meaning, in a row: more are no log, and python-can takes 30 us for each
+MOST_ODD_LINES = 500_000  # without a meaning, in a row, that are still read: python-can takes 30 us for each
 LEFT_OUT = "holds no frame that can be read and was left out"
 _HALF_BYTE = re.compile(r"(\b[0-9A-Fa-f]{2}|\s[0-9])\s+[0-9A-Fa-f]\Z")  # behind another byte, or the length
 
