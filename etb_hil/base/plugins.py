@@ -166,6 +166,11 @@ def files() -> tuple[Path, ...]:
     return tuple(Path(one).absolute() for one in os.environ.get(FILES, "").split(os.pathsep) if one)
 
 
+def are_there() -> bool:
+    """Return whether this process has any plug-in, without loading one."""
+    return bool(files() or _temporary or any(map(_entry_points, KINDS)))
+
+
 def add_file(path: Path) -> None:
     """Take in a file; where a registry refuses a part of it, none of it is taken in."""
     path = path.absolute()

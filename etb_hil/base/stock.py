@@ -21,6 +21,11 @@ _FOLDERS = {
 }
 
 
+def own_folders() -> set[Path]:
+    """Return the folders that hold the package's code and its stock files."""
+    return {_PACKAGE, *(folder for folder, _ in _FOLDERS.values())}
+
+
 def stock_names(kind: str) -> list[str]:
     """Return the names of a kind's stock files.
 

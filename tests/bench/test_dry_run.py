@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from faults_study import job_of
 
+from etb_hil.base import remembered
 from etb_hil.base.errors import InputError
 from etb_hil.base.plugins import temporary_part
 from etb_hil.base.stock import find
@@ -147,6 +148,7 @@ MOVES = "  - {id: moves, kind: step, positions: [40 deg, 42 deg, 40 deg], hold: 
 
 
 def test_a_scenario_is_rehearsed_again_only_where_its_files_or_plug_ins_changed(tmp_path, monkeypatch):
+    monkeypatch.setattr(remembered, "folders", lambda: [tmp_path / "remembered"])
     scenario, bench = tmp_path / "moves.yaml", tmp_path / "bench.yaml"
     scenario.write_text(f"schema: etb_hil/scenario/1\nname: Rehearsed once\nphases:\n{MOVES}")
     bench.write_text(find("bench", "virtual_classic").read_text("utf-8"), "utf-8")
@@ -164,9 +166,15 @@ def test_a_scenario_is_rehearsed_again_only_where_its_files_or_plug_ins_changed(
     assert [rehearsals(files) for _ in range(2)] == [1, 0]
     bench.write_text(bench.read_text("utf-8") + "law: pid\n", "utf-8")
     assert [rehearsals(files) for _ in range(2)] == [1, 0]
-    with temporary_part("laws", "own", LAWS.own("pd")):
-        assert rehearsals(files) == 1
-    assert rehearsals(files) == 1
+    with temporary_part("laws", "own", LAWS.own("pd")):  # a process that begins or has a plug-in has passed nothing
+        assert [rehearsals(files) for _ in range(2)] == [1, 0]
+    assert rehearsals(files) == 0  # an earlier process has
+    text = bench.read_text("utf-8").replace("interface: etb_virtual", "interface: socketcan")
+    bench.write_text(text.replace("channel: bench", "channel: can7").replace("law: pid\n", ""), "utf-8")
+    for _ in range(2):
+        assert rehearsals(files) == 1  # loads what must answer in time
+        with temporary_part("laws", "own", LAWS.own("pd")):
+            pass
 
 
 def test_a_scenario_that_was_refused_is_refused_again(tmp_path):
