@@ -18,6 +18,8 @@ from pathlib import Path
 PEER = [sys.executable, "-c", "import numpy, numba, matplotlib"]
 ETB = [sys.executable, "-m", "etb_hil.cli.main"]
 HISTORY = 10  # runs
+# As a user's shell has it: Python keeps the modules that it has compiled.
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def main():
@@ -47,7 +49,7 @@ def main():
 
 def first_start(folder, processors):
     """Print what a run in an empty cache costs, on so many processors."""
-    cold = {**os.environ, "NUMBA_CACHE_DIR": str(folder / f"cold-{processors}")}
+    cold = {**ENVIRONMENT, "NUMBA_CACHE_DIR": str(folder / f"cold-{processors}")}
     on = ["taskset", "--cpu-list", ",".join(map(str, sorted(os.sched_getaffinity(0))[:processors]))]
     wall = time.perf_counter()
     seconds, _ = cost([*on, *ETB, "run", "--out", "first"], folder, cold)
@@ -73,7 +75,7 @@ def table(commands, folder, runs):
         print(f"{label[:16]:16} {seconds:11.2f} {seconds / peer:8.1f} {memory:6.0f} MB")
 
 
-def cost(words, folder, environment=None):
+def cost(words, folder, environment=ENVIRONMENT):
     """Run a command; return its processor seconds and its greatest memory in MB."""
     piped = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(words, cwd=folder, env=environment, **piped) as process:
