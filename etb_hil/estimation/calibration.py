@@ -36,9 +36,8 @@ _NEARER = 0.02
 _STOPS_TRIED = 6
 # Standard deviation of the logarithm of a variance of noise: a data sheet is off by a factor of two in amplitude.
 _NOISE = 2.0 * math.log(2.0)
-# Factor between variances of noise that are tried, and samples that tell them: of 8,000 the deviation is 1.6 %.
-_NOISE_STEP, _PART, _PARTS = 2.0, 1000, 8
-_SWEEPS = 2  # over all variances at a time: the unknowns are fitted anew between them
+_NOISE_STEP = 2.0  # factor between variances of noise that are tried
+_ROUNDS = 20  # of variances and unknowns in turn, at most
 _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
 _FARTHEST = 3.0  # standard deviations that an unknown moves at a time
 _DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step which is not worth its pass
@@ -164,21 +163,21 @@ def climbed(
     return best
 
 
-def settled(record: Record, fit: Fitted, steps: int = _STEPS, aim: float = -np.inf) -> Fitted:
+def settled(record: Record, fit: Fitted, steps: int = _STEPS, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
     """Return a fit with its own disturbances and noise.
 
     Their variances and the unknowns are fitted in turn as long as the posterior grows; `aim` as in `climbed`.
     """
-    part = record.thinned(_PARTS * _PART, _PARTS)
-    while True:
+    for _ in range(rounds):
         least = max(_SETTLED, _NEARER * (aim - fit.posterior))
-        disturbance, gains = _with_variances(part, fit)
-        if gains * len(record) / len(part) < least:
+        disturbance, gains = _with_variances(record, fit)
+        if gains < least:
             return fit
         found = climbed(record, fit.parameters, fit.unknowns, disturbance, steps, aim=aim)
         if found.posterior < fit.posterior + least:
             return max(fit, found, key=lambda one: one.posterior)
         fit = found
+    return fit
 
 
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
@@ -189,33 +188,35 @@ def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown])
     return settled(record, fit)
 
 
-def _with_variances(part: Record, fit: Fitted) -> tuple[Disturbance, float]:
-    """Return a fit's disturbances with the likeliest variances, and the gain.
+def _with_variances(record: Record, fit: Fitted) -> tuple[Disturbance, float]:
+    """Return a fit's disturbances with the likeliest variances, and the gain in nats.
 
-    The gain in nats is that on a part of the record. Each variance is fitted by a parabola through the logarithm of the
-    posterior, one after the other.
+    Each variance is fitted by a parabola through the logarithm of the posterior, one after the other. They are those of
+    the record itself: a part of it has others, and the fit would stop between the two.
     """
+    known: dict[tuple[float, ...], float] = {}
 
     def posterior(disturbance: Disturbance) -> float:
-        likelihood = filtered(part, fit.parameters, disturbance).log_likelihood
-        return likelihood + _log_prior_of_noise(disturbance.noise)
+        variances = _variances(disturbance)
+        if variances not in known:
+            likelihood = filtered(record, fit.parameters, disturbance).log_likelihood
+            known[variances] = likelihood + _log_prior_of_noise(disturbance.noise)
+        return known[variances]
 
-    first = posterior(fit.disturbance)
+    first = known[_variances(fit.disturbance)] = fit.posterior - log_prior(fit.parameters, fit.unknowns)
     best, found = fit.disturbance, first
-    for _ in range(_SWEEPS):
-        before = found
-        for k, (factor, least, most) in enumerate(_bounds(fit)):
-            at = _variances(best)[k]
-            low, high = (_with(best, k, min(max(at * by, least), most)) for by in (1.0 / factor, factor))
-            at_low, at_high = posterior(low), posterior(high)
-            bends = 2.0 * found - at_low - at_high
-            rises = 0.5 * (at_high - at_low)
-            by = rises / bends if bends > 0.0 else math.copysign(2.0, rises)
-            tried = _with(best, k, min(max(at * factor ** min(max(by, -2.0), 2.0), least), most))
-            all_of_them = ((found, best), (at_low, low), (at_high, high), (posterior(tried), tried))
-            found, best = max(all_of_them, key=lambda one: one[0])
-        if found - before < _SETTLED:
-            break
+    for k, (factor, least, most) in enumerate(_bounds(fit)):
+        at = _variances(best)[k]
+        low, high = (_with(best, k, min(max(at * by, least), most)) for by in (1.0 / factor, factor))
+        at_low, at_high = posterior(low), posterior(high)
+        bends = 2.0 * found - at_low - at_high
+        rises = 0.5 * (at_high - at_low)
+        by = rises / bends if bends > 0.0 else math.copysign(2.0, rises)
+        if at in (least, most) and found >= max(at_low, at_high):
+            continue
+        tried = _with(best, k, min(max(at * factor ** min(max(by, -2.0), 2.0), least), most))
+        all_of_them = ((found, best), (at_low, low), (at_high, high), (posterior(tried), tried))
+        found, best = max(all_of_them, key=lambda one: one[0])
     return best, found - first
 
 

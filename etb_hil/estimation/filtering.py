@@ -166,9 +166,9 @@ def _run(
     covariances, ahead = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE))
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
-        record.first, record.dt, record.voltage, record.unsure, record.temperature, record.readings, record.lasts, p,
-        active, settings, is_kept, states, whitened, roots, slopes, gains, moves, responses, covariances, ahead,
-        spreads, totals,
+        record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature, record.readings,
+        record.lasts, p, active, settings, is_kept, states, whitened, roots, slopes, gains, moves, responses,
+        covariances, ahead, spreads, totals,
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
@@ -205,8 +205,8 @@ def sensitivities(
     matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
     rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
     normal_matrix(
-        record.first, record.dt, record.voltage, record.temperature, at.parameters, at.states, at.ahead, at.whitened,
-        at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
+        record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters, at.states, at.ahead,
+        at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
         away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip

@@ -8,6 +8,7 @@ The derivatives by angle and velocity that a filter needs are differences of the
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -97,9 +98,6 @@ def _function(effect: Effect) -> compose.Made:
     for port, line in _FINE.items():
         if effect.acts_at(port):
             lines.append(line.format(f=own(port)))
-    if effect.acts_at(Port.CURRENT_LATENESS):
-        lines.append(f"late = {own(Port.CURRENT_LATENESS)}((0.0, 0.0), p)")
-        lines.append("out[3] -= (late[0] + late[1]) * rate")
     if effect.acts_at(Port.PLATE_LEAD):
         lines.append(f"lead = {own(Port.PLATE_LEAD)}(0.0, load, p)")
         lines.append("out[5] -= lead")
@@ -148,7 +146,10 @@ def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> com
 
     Each effect has a loop of its own: one call for each sample costs as much as what it returns.
     """
-    scope: dict[str, Any] = {"f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE}
+    scope: dict[str, Any] = {
+        "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
+        "late": compose.composed(Port.CURRENT_LATENESS, [effect]),
+    }  # fmt: skip
     lines = [
         "for k in range(begin, end):",
         "    x, y, o, t = states[k], ahead[k], out[k - begin], temperature[k]",
@@ -158,7 +159,8 @@ def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> com
             "    v = voltage[max(k - 1, 0)]",
             "    rate = (v - x[5] - p[R] * x[4] - p[KE] * x[1]) / p[L]",
             "    f(x[0], x[1], x[4], rate, v, x[2], t, remembered, p, room)",
-            "    o[3] = room[3]; o[4] = room[4]; o[5] = room[5]",
+            "    delay, lag = late((0.0, 0.0), p)",
+            "    o[3] = room[3] - (delay + lag) * rate; o[4] = room[4]; o[5] = room[5]",
         ]
     else:
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
@@ -189,6 +191,25 @@ pass_time = _chosen("pass_time", _PASSED, _passing_time)
 # the readings at their states, else in the middle of the way to the state that was predicted (`ahead`).
 along = _chosen("along", _MOTION, [_along(*each) for each in zip(OWN, _adding, _passing_time, strict=True)])
 _starts = compose.starts(OWN)
+_late = compose.composed(Port.CURRENT_LATENESS, OWN)
+
+
+@njit(cache=True, error_model="numpy")
+def lateness(p: Vector) -> float:
+    """Return by how much in s a current is read late; a lag counts as delay."""
+    delay, lag = _late((0.0, 0.0), p)
+    return float(delay + lag)
+
+
+@njit(cache=True, error_model="numpy")
+def skip(index: int, goes: float, heat: float, temperature: float, dt: float, remembered: Vector, p: Vector) -> None:
+    """Move an effect's states by dt s that were not filtered, in place.
+
+    `goes`: how far the plate got in rad; `heat`: mean square of the current, A^2. Sensors begin anew: on which side of
+    its play one was left, nothing tells.
+    """
+    pass_time(index, goes / dt, goes, math.sqrt(heat), 0.0, temperature, dt, remembered, p)
+    remembered[SLOW:] = 0.0
 
 
 @njit(cache=True, error_model="numpy")

@@ -50,7 +50,7 @@ from etb_hil.plant.physics import (
     STOP_STIFFNESS,
     Vector,
 )
-from etb_hil.recording.samples import Bools, Float64, Int64
+from etb_hil.recording.samples import Float64, Int64
 
 # What was measured of a sample, in this order: current (A), motor's and plate's angle (rad at the throttle shaft).
 READINGS = 3
@@ -85,6 +85,19 @@ _WHITE = 0.2
 def current_rate(x: Vector, voltage: float, p: Vector) -> float:
     """Return how fast the current changes under a voltage, A/s."""
     return (voltage - x[VOLTAGE] - p[RESISTANCE] * x[CURRENT] - p[BACK_EMF] * x[OMEGA]) / p[INDUCTANCE]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector) -> tuple[float, float]:
+    """Return the current in A `later` s after a state, and its derivative.
+
+    The derivative is that by the state's current. The winding's equation is solved exactly under a constant voltage and the mean velocity of a motion that gains so
+    much, rad/s^2.
+    """
+    share = math.exp(-p[RESISTANCE] * later / p[INDUCTANCE])
+    omega = x[OMEGA] + 0.5 * later * gains
+    at_rest = (voltage - x[VOLTAGE] - p[BACK_EMF] * omega) / p[RESISTANCE]
+    return at_rest + (x[CURRENT] - at_rest) * share, share
 
 
 @njit(cache=True, error_model="numpy")
@@ -129,23 +142,27 @@ def acting_on(
 
 @njit(cache=True, error_model="numpy")
 def predict(
-    x: Vector, p: Vector, voltage: float, dt: float, acting: Vector, rests: float, f: Float64, b: Float64, work: Float64
-) -> None:
+    x: Vector, p: Vector, voltage: float, temperature: float, dt: float, active: Int64, memory: Vector, acting: Vector,
+    added: Float64, rests: float, f: Float64, b: Float64, work: Float64,
+) -> None:  # fmt: skip
     """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
-    The equations are those of `throttle.step`, in steps that are short enough. What acts follows the angle and the
-    velocity by its derivatives. `work` (2, at least `MOVING`).
+    The equations are those of `throttle.step`, in steps that are short enough. What active effects add is that in the
+    middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `added`: see
+    `acting_on`; `work` (2, at least `MOVING`).
     """
     parts = int(dt / _LONGEST - 1e-6) + 1
     h = dt / parts
-    theta, omega, braking = x[THETA], x[OMEGA], acting[BRAKING]
     f[:], b[:] = 0.0, 0.0
     for i in range(SIZE):
         f[i, i] = 1.0
     for _ in range(parts):
-        acting[BRAKING] = braking + acting[BY_ANGLE] * (x[THETA] - theta) + acting[BY_VELOCITY] * (x[OMEGA] - omega)
+        theta, ahead = x[THETA], 0.5 * h * x[OMEGA]
+        x[THETA] += ahead
+        acting_on(x, voltage, temperature, active, memory, p, acting, added)
+        x[THETA] = theta
+        acting[BRAKING] -= ahead * acting[BY_ANGLE]
         step(x, p, voltage, h, acting, rests, f, b, work)
-    acting[BRAKING] = braking
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -235,7 +252,8 @@ def begin(readings: Float64, k: int, dt: float, s: Vector, p: Vector, x: Vector,
 
 @njit(cache=True, error_model="numpy")
 def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
-    first: Bools,
+    since: Vector,
+    heat: Vector,
     dt: Vector,
     voltage: Vector,
     unsure: Vector,
@@ -262,8 +280,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Innovations are whitened. The state begins anew where a segment does.
 
-    `first` (n): samples with which a segment begins; `dt` (n): s to the next sample; `voltage` (n): V, held as long;
-    `unsure` (n): its variance beyond the reading's noise, V^2; `temperature` (n): degC; `readings` (n, 3), NaN where
+    `since`, `heat` (n): see `Record`; `dt` (n): s to the next sample; `voltage` (n): V, held as long; `unsure` (n): its
+    variance beyond the reading's noise, V^2; `temperature` (n): degC; `readings` (n, 3), NaN where
     there is none; `lasts` (n): share of the motor's rounding error that the next sample has, too. `active`: indices of
     the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard
     deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both are lowered where an
@@ -276,21 +294,31 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     f, b, work = np.zeros((SIZE, SIZE)), np.zeros((SIZE, FORCES)), np.zeros((16, SIZE + 2))
     acting, added = np.zeros(ACTING), np.zeros((4, forces.ADDED))
     memory = forces.remembered(temperature[0], p)
+    late = forces.lateness(p)
     begin(readings, 0, dt[0], s, p, x, cov)
     lost = 0
     totals[:] = 0.0
     for k in range(len(dt)):
         h = dt[k]
-        if first[k] and k > 0:
+        if since[k] > 0.0 and k > 0:
             begin(readings, k, h, s, p, x, cov)
-            memory[:] = forces.remembered(temperature[k], p)
+            if math.isinf(since[k]):
+                memory[:] = forces.remembered(temperature[k], p)
+            else:
+                goes, warmth = x[THETA] - states[k - 1, THETA], 0.5 * (temperature[k - 1] + temperature[k])
+                for one in active:
+                    forces.skip(one, goes, heat[k], warmth, since[k], memory, p)
             lost = 0
-        acting_on(x, voltage[k if first[k] else k - 1], temperature[k], active, memory, p, acting, added)
+        acting_on(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, memory, p, acting, added)
         is_lost = False
         for m in range(READINGS):
             at = CURRENT if m == 0 else THETA
             roots[k, m] = whitened[k, m] = 0.0
             measured = readings[k, m]
+            arrives = round(late / h) if m == 0 else 0
+            if arrives != 0:
+                inside = 0 <= k + arrives < len(dt) and not (since[k + 1 : k + arrives + 1] > 0.0).any()
+                measured = readings[k + arrives, m] if inside else math.nan
             if not math.isfinite(measured):
                 if is_kept:
                     gains[k, m, :] = 0.0
@@ -300,6 +328,13 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             slope = 1.0 + added[by, forces.AT_CURRENT + m] / _STEP
             expected = x[at] + added[0, forces.AT_CURRENT + m]
             if m == 0:
+                if late != 0.0:
+                    later, goes_on = arrives * h - late, since[k] == 0.0
+                    held = voltage[k - 1 if later < 0.0 and goes_on else k]
+                    faster = (x[OMEGA] - states[k - 1, OMEGA]) / h if goes_on else 0.0
+                    then, share = _current_at(x, held, faster, later, p)
+                    expected += then - x[CURRENT]
+                    slope += share - 1.0
                 moves_by = current_rate(x, voltage[k], p)
                 noise = s[NOISE_CURRENT]
             elif m == 1:
@@ -354,8 +389,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if len(covariances) > 0:
             covariances[k] = cov
         before = x[THETA]
-        acting_on(x, voltage[k], temperature[k], active, memory, p, acting, added)
-        predict(x, p, voltage[k], h, acting, s[RESTS], f, b, work)
+        predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added, s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         for j in range(len(active)):
@@ -365,7 +399,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         _spread(cov, f, b, x, p, h, unsure[k], s, work[:STATES])
         if len(spreads) > 0:
             spreads[k] = cov
-        is_afresh = is_afresh or (k + 1 < len(dt) and first[k + 1])
+        is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)
         if is_kept:
             for i in range(SIZE):
                 ahead[k, i] = x[i]

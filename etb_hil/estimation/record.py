@@ -12,10 +12,10 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.estimation import kalman
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
-from etb_hil.recording.samples import Bools, Float64
+from etb_hil.recording.samples import Float64
 
 _JITTER = 1e-6  # s rms between a sample's time and its stamp, where nothing else is known
-_COLUMNS = ("first", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
+_COLUMNS = ("since", "heat", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
 _RESTS = 0.01  # of a record's rms velocity: a plate that is slower rests
 _SLOWEST = 1e-12  # rad/s, of a plate that never moves
 _SMOOTH = 0.05  # s over which that velocity is measured, so that the noise of a plate's sensor averages out
@@ -28,13 +28,15 @@ class Record:
 
     Angles are at the throttle shaft.
 
-    `first`: samples with which a segment begins; `dt`: s to the next sample; `voltage`: V, held as long; `unsure`: its
-    variance beyond the reading's noise, V^2; `temperature`: degC; `readings` (n, 3): current, motor's and plate's
-    angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two disturbances and the
-    multiples of the noise are set for each run.
+    `since`: where a segment begins, s since the sample before it, infinite where nothing is known of that time; 0
+    elsewhere. `heat`: mean square of the current in that time, A^2. `dt`: s to the next sample; `voltage`: V, held as
+    long; `unsure`: its variance beyond the reading's noise, V^2; `temperature`: degC; `readings` (n, 3): current,
+    motor's and plate's angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two
+    disturbances and the multiples of the noise are set for each run.
     """
 
-    first: Bools
+    since: Float64
+    heat: Float64
     dt: Float64
     voltage: Float64
     unsure: Float64
@@ -54,7 +56,7 @@ class Record:
     def part(self, rows: slice) -> Record:
         """Return some of the samples that follow each other."""
         found = replace(self, **{name: getattr(self, name)[rows].copy() for name in _COLUMNS})
-        found.first[:1] = True
+        found.since[:1], found.heat[:1] = np.inf, 0.0
         return found
 
     def thinned(self, most: int, parts: int) -> Record:
@@ -65,8 +67,14 @@ class Record:
         if len(self) <= most:
             return self
         length = most // parts
-        starts = np.linspace(0, len(self) - length, parts).round().astype(int)
-        return joined([self.part(slice(k, k + length)) for k in starts.tolist()])
+        starts = np.linspace(0, len(self) - length, parts).round().astype(int).tolist()
+        found = [self.part(slice(k, k + length)) for k in starts]
+        time, squared = self.time, np.nan_to_num(self.readings[:, 0]) ** 2
+        for part, begin, end in zip(found[1:], starts[1:], starts, strict=False):
+            if not np.isinf(self.since[end + length : begin + 1]).any():
+                last = end + length - 1
+                part.since[0], part.heat[0] = time[begin] - time[last], np.mean(squared[last:begin])
+        return joined(found)
 
 
 def joined(records: Sequence[Record]) -> Record:
@@ -104,10 +112,11 @@ def record(
     degrees, variance = (np.broadcast_to(np.asarray(one, float), (len(time),)).copy() for one in (temperature, unsure))
     settings = noise_settings(model.sensors, model.values.gear_ratio, model.tolerance("limp_home"))
     settings[kalman.RESTS] = max(_RESTS * _velocity(time, readings[:, 2 if motor is None else 1]), _SLOWEST)
-    first = np.zeros(len(time), bool)
-    first[0] = True
+    since = np.zeros(len(time))
+    since[0] = np.inf
     return Record(
-        first,
+        since,
+        np.zeros(len(time)),
         np.append(steps, steps[-1]),
         np.asarray(voltage, float),
         variance,

@@ -46,7 +46,7 @@ from etb_hil.plant.physics import (
     Vector,
     stop_torque,
 )
-from etb_hil.recording.samples import Bools, Float64, Int64
+from etb_hil.recording.samples import Float64, Int64
 
 _SHORT = 1e-6  # of a bristle's length
 _BLOCK = 256  # samples for which effects are evaluated at a time
@@ -129,7 +129,8 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64)
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
-    first: Bools,
+    since: Vector,
+    heat: Vector,
     dt: Vector,
     voltage: Vector,
     temperature: Vector,
@@ -159,7 +160,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Their product with the innovations (c) is added up, too.
 
-    Along a filtered record (`first` to `responses`: see `kalman.run`). Base columns: `base` (b) are places of
+    Along a filtered record (`since` to `responses`: see `kalman.run`). Base columns: `base` (b) are places of
     parameters, `tied` (b) those of what moves along in proportion, -1 for none. Behind them effect columns (e):
     `effects` their indices, `moved` (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 where it is there
     without being moved; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none. `until`
@@ -178,14 +179,19 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     last, begin, until_k = len(dt) - 1, 0, 0
     for k in range(len(dt)):
         x = states[k]
-        if first[k]:
+        if since[k] > 0.0:
             s[:] = 0.0
             for j in range(ne):
-                memories[j] = forces.remembered(temperature[k], moved[j])
-                plain[j] = forces.remembered(temperature[k], p)
+                if math.isinf(since[k]):
+                    memories[j] = forces.remembered(temperature[k], moved[j])
+                    plain[j] = forces.remembered(temperature[k], p)
+                elif effects[j] >= 0:
+                    goes, warmth = x[THETA] - states[k - 1, THETA], 0.5 * (temperature[k - 1] + temperature[k])
+                    forces.skip(effects[j], goes, heat[k], warmth, since[k], memories[j], moved[j])
+                    forces.skip(effects[j], goes, heat[k], warmth, since[k], plain[j], p)
         if k == until_k and ne > 0:
             begin, until_k = k, k + 1
-            while until_k < min(k + _BLOCK, len(dt)) and not first[until_k]:
+            while until_k < min(k + _BLOCK, len(dt)) and since[until_k] == 0.0:
                 until_k += 1
             for j in range(ne):
                 if effects[j] < 0:

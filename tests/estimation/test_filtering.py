@@ -14,7 +14,6 @@ from etb_hil.estimation.record import joined, record
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.physics import (
     COULOMB,
     GEAR_RATIO,
@@ -169,27 +168,6 @@ def _same_as_difference(made, p, column, share):
     assert error < share * np.linalg.norm(difference[:, channel])
 
 
-def test_a_wave_over_the_angle_does_not_lock_the_filter_out(healthy):
-    """The torque's slope over the angle is in the Jacobian: the states of a cogging plant stay true."""
-    made, model, _ = healthy
-    p = model.vector()
-    effect = CATALOGUE["cogging_torque"]
-    p[effect.place("sine")], p[effect.place("order")] = 0.03, 12.0
-    state, truth = new_extended_state(model.values.limp_home, 25.0, p), []
-    for volts in made.voltage:
-        truth.append(state[:4].copy())
-        advance_extended(state, p, volts, 10, 25.0)
-    truth = np.array(truth)
-    rng = np.random.default_rng(54)
-    noise = rng.standard_normal((2, len(made)))
-    current, motor = truth[:, 3] + 5e-3 * noise[0], truth[:, 0] + 1e-5 * noise[1]
-    seen = record(made.time, made.voltage, model, current=current, motor=motor)
-    with_it, without = (filtered(seen, q, Disturbance(1e-4, 1e-3)) for q in (p, model.vector()))
-    assert np.std(with_it.states[200:, OMEGA] - truth[200:, 1]) < 0.02
-    assert with_it.rescued == 0
-    assert with_it.log_likelihood > without.log_likelihood + 1000.0
-
-
 def test_interference_is_survived(healthy):
     """After bursts of wrong readings the states are true again within 50 ms, and bristles were never wound up."""
     made, model, truth = healthy
@@ -210,7 +188,7 @@ def test_a_motion_that_goes_on_elsewhere_is_taken_up_afresh(healthy):
     made, model, truth = healthy
     there = int(np.argmax(np.abs(truth[:, 0] - truth[4000, 0])))
     parts = [made.part(slice(0, 4000)), made.part(slice(there, None))]
-    seamless = replace(joined(parts), first=np.arange(4000 + len(parts[1])) == 0)
+    seamless = replace(joined(parts), since=np.where(np.arange(4000 + len(parts[1])) == 0, np.inf, 0.0))
     found = filtered(seamless, model.vector(), SMALL)
     assert found.rescued == 1
     assert np.max(np.abs(found.states[4100:, THETA] - truth[there + 100 :, 0])) < 1e-4
@@ -263,10 +241,19 @@ def test_a_long_record_is_thinned_to_parts_along_all_of_it(healthy):
     made, _, _ = healthy
     some = made.thinned(2000, 4)
     assert len(some) == 2000
-    assert np.flatnonzero(some.first).tolist() == [0, 500, 1000, 1500]
+    assert np.flatnonzero(some.since).tolist() == [0, 500, 1000, 1500]
     assert (some.readings[0] == made.readings[0]).all()
     assert (some.readings[-1] == made.readings[-1]).all()
     assert made.thinned(len(made), 4) is made
+
+
+def test_a_thinned_record_knows_how_long_was_left_out_and_what_current_flowed(healthy):
+    made, _, _ = healthy
+    some = made.thinned(2000, 4)
+    begins = int(np.argmin(np.abs(made.time - (made.time[499] + some.since[500]))))
+    assert np.isinf(some.since[0])
+    assert (made.readings[begins] == some.readings[500]).all()
+    assert some.heat[500] == pytest.approx(np.mean(made.readings[499:begins, 0] ** 2), rel=1e-3)
 
 
 def test_readings_may_be_missing(healthy):

@@ -1,0 +1,84 @@
+"""A throttle with an effect, simulated in steps of 50 us: with the effect the filter needs no disturbance for it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from etb_hil.base.stock import find
+from etb_hil.estimation.filtering import Disturbance, filtered
+from etb_hil.estimation.record import record
+from etb_hil.estimation.throttle import OMEGA
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.extended import advance_extended, new_extended_state
+from etb_hil.plant.parameters import load_model
+
+MODEL = load_model(find("model", "default"))
+STEP = 50e-6  # s
+SMALL, LARGE = Disturbance(1e-4, 1e-3), Disturbance(1e-2, 1e-1)
+NOISE = (5e-3, 1e-5)  # of current in A and angle in rad
+
+
+def _with(id_, **strengths):
+    p = MODEL.vector()
+    for name, value in strengths.items():
+        p[CATALOGUE[id_].place(name)] = value
+    return p
+
+
+def _seen(p, rate, seconds=6.0, late=0.0):
+    """Return a record of a throttle that goes to and fro, slowly and fast, with its true states at the samples."""
+    time = np.arange(round(seconds * rate)) / rate
+    volts = 3.0 + 2.5 * np.sin(2.0 * np.pi * 0.7 * time) + 3.0 * np.sign(np.sin(2.0 * np.pi * 1.9 * time))
+    every = round(1.0 / (rate * STEP))
+    state, fine = new_extended_state(MODEL.values.limp_home, 25.0, p), []
+    for held in volts:
+        for _ in range(every):
+            fine.append(state[:4].copy())
+            advance_extended(state, p, held, 1, 25.0)
+    fine = np.array(fine)
+    current = np.interp(time - late, np.arange(len(fine)) * STEP, fine[:, 3])
+    noise = np.random.default_rng(54).standard_normal((2, len(time)))
+    angle = fine[::every, 0] + NOISE[1] * noise[1]
+    return record(time, volts, MODEL, current=current + NOISE[0] * noise[0], motor=angle), fine[::every]
+
+
+@pytest.mark.parametrize("rate", [1000, 2000])
+@pytest.mark.parametrize(
+    ("id_", "strengths"),
+    [
+        ("cogging_torque", {"sine": 0.03, "order": 12.0}),
+        ("torque_ripple", {"sine": 0.15, "order": 10.0, "share_in_back_emf": 1.0}),
+        ("hbridge_dead_time", {"error": 0.4, "ripple_current": 0.2, "sharpness": 4.0}),
+    ],
+)
+def test_what_changes_within_a_sample_is_followed(id_, strengths, rate):
+    """A wave over the motor's turn goes through radians in a sample; the filter is not locked out by it."""
+    p = _with(id_, **strengths)
+    seen, truth = _seen(p, rate)
+    with_it, without = filtered(seen, p, SMALL), filtered(seen, MODEL.vector(), LARGE)
+    assert np.std(with_it.states[200:, OMEGA] - truth[200:, 1]) < 0.01 * np.std(truth[200:, 1])
+    assert with_it.rescued == 0
+    assert with_it.log_likelihood > without.log_likelihood + 1000.0
+
+
+@pytest.mark.parametrize("late", [0.2e-3, 0.5e-3, 1.6e-3, 6.3e-3])
+def test_a_current_that_comes_late_is_one_of_an_earlier_sample(late):
+    """The lateness that the data have is likelier than a shorter and a longer one, beyond a sample too."""
+    seen, _ = _seen(MODEL.vector(), 1000, late=late)
+    shorter, true, longer = (
+        filtered(seen, _with("measurement_delay", delay=by * late), SMALL).log_likelihood for by in (0.8, 1.0, 1.25)
+    )
+    assert true > max(shorter, longer) + 25.0
+    assert true > filtered(seen, MODEL.vector(), LARGE).log_likelihood + 1000.0
+
+
+def test_a_winding_warms_in_the_time_that_a_thinned_record_leaves_out():
+    """With its heat forgotten where a part begins, the winding would be cold there."""
+    p = _with("resistance_temperature", self_heating=5.0, time_constant=4.0)
+    seen, _ = _seen(p, 1000, seconds=20.0)
+    thinned = seen.thinned(4000, 8)
+    cold = replace(thinned, since=np.where(thinned.since > 0.0, np.inf, 0.0))
+    kept, forgotten = (filtered(one, p, LARGE) for one in (thinned, cold))
+    assert kept.log_likelihood > forgotten.log_likelihood + 100.0
+    assert kept.needed[1] < 0.3 * forgotten.needed[1]
