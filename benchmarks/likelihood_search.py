@@ -15,60 +15,59 @@ from etb_hil.estimation.calibration import Fitted, calibrated, climbed, settled
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
-from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, misfit
-from etb_hil.hypotheses.constants import EQUIVALENT_PARAMETER, EQUIVALENT_SHAPE, GAIN, NEEDED, PARAMETER
+from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit
+from etb_hil.hypotheses.constants import EQUIVALENT_SHAPE, GAIN, MATERIAL, NEEDED, PARAMETER
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
+from etb_hil.recording.samples import Float64
 
 NOTHING = 1.0  # misfit that is immaterial (decision 0038)
 # These bound the processor time. They were chosen on a few development files, and explain_side_by_side.py checks them.
-FITTED = 8  # hypotheses of the linear pass whose fit is begun
-BEGUN = 2  # Gauss-Newton steps of that
-HOPELESS = 0.1  # share of the gain of the likeliest that a hypothesis has after them, or it is excluded
+FITTED = 8  # hypotheses of the linear pass whose fit is begun: with one round of variances
+HOPELESS = 0.1  # share of the gain of the likeliest that a hypothesis has after that, or it is excluded
 MOST_CAUSES = 3
 SEARCHED, PARTS = 12_000, 12  # samples of a record that are searched, and parts that they come in
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What was compared beside the causes before it, the likeliest first.
+    """What was compared beside the causes before it, the best first.
 
-    `before`: the fit without any of them. `misfit` is that of `before`.
+    `before`: the fit without any of them. `misfit` is that of `before`. `is_material`: whether the best one matters, or
+    is the likeliest only.
     """
 
     before: Fitted
     misfit: float
     hypotheses: tuple[Hypothesis, ...]
+    is_material: bool
 
     @property
     def best(self) -> Hypothesis:
-        """The likeliest hypothesis."""
+        """The hypothesis that the search goes on with."""
         return self.hypotheses[0]
 
     @property
-    def is_accepted(self) -> bool:
-        """Whether the likeliest stands out of the noise, and matters."""
-        best = self.best
-        return self.misfit > NOTHING and best.evidence > GAIN and best.misfit < NEEDED * self.misfit
-
-    @property
     def group(self) -> tuple[Hypothesis, ...]:
-        """The other hypotheses that the likeliest does not exclude."""
+        """The other hypotheses that the best does not exclude.
+
+        Where the best one matters only beside a later cause, no misfit tells yet. What is not equivalent to it takes
+        less of its evidence than the square of a cosine of 0.95.
+        """
+        if not self.is_material:
+            least = (1.0 - EQUIVALENT_SHAPE**2) * self.best.evidence
+            return tuple(one for one in self.hypotheses[1:] if one.evidence > least)
         return tuple(one for one in self.hypotheses[1:] if not self.best.excludes(one) and one.evidence > GAIN)
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The steps of a search; the last one may hold no cause."""
+    """The steps of a search, and those of its causes."""
 
     calibrated: Fitted
     steps: tuple[Step, ...]
-
-    @property
-    def causes(self) -> tuple[Step, ...]:
-        """The steps whose likeliest hypothesis is a cause."""
-        return tuple(step for step in self.steps if step.is_accepted)
+    causes: tuple[Step, ...]
 
     @property
     def final(self) -> Fitted:
@@ -78,8 +77,11 @@ class Found:
     @property
     def verdict(self) -> str:
         """What the search comes to: adequate, explained, ambiguous, or unexplained."""
-        if not self.causes:
-            return "adequate" if misfit(self.calibrated) < NOTHING else "unexplained"
+        left = misfit(self.final)
+        if left < NOTHING and not self.causes:
+            return "adequate"
+        if not self.causes or left > max(NOTHING, EQUIVALENT_SHAPE * misfit(self.calibrated)):
+            return "unexplained"
         return "ambiguous" if any(step.group for step in self.causes) else "explained"
 
 
@@ -89,22 +91,56 @@ def searched(whole: Record, model: Model, without: Sequence[str] = ()) -> Found:
     first = before = calibrated(record, model.vector(), base_unknowns(model))
     ids = [id_ for id_ in CATALOGUE if id_ not in without]
     steps: list[Step] = []
-    while len(steps) < MOST_CAUSES and misfit(before) > NOTHING:
-        steps.append(stepped(record, before, ids))
-        if not steps[-1].is_accepted:
+    while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else NOTHING):
+        step = stepped(record, before, [id_ for id_ in ids if id_ not in _other_shapes(steps)])
+        if step is None:
             break
-        before = steps[-1].best.fit
-        if misfit(before) < _shape(steps[-1].best):
-            break
-    return Found(first, tuple(steps))
+        steps.append(step)
+        before = step.best.fit
+    causes = list(steps)
+    while causes and not causes[-1].is_material:
+        causes.pop()
+    return Found(first, tuple(steps), tuple(_needed(record, first, causes)))
 
 
-def _shape(cause: Hypothesis) -> float:
-    """Return the misfit that a cause of another shape than the catalogue's may leave."""
-    return (EQUIVALENT_PARAMETER if cause.is_of_numbers else EQUIVALENT_SHAPE) * cause.without
+def _needed(record: Record, first: Fitted, causes: Sequence[Step]) -> list[Step]:
+    """Return causes without those that do not matter beside the later ones."""
+    found = list(causes)
+    for k in reversed(range(len(causes) - 1)):
+        later = found[k + 1 :]
+        if not later:
+            continue
+        before = fit = found[k - 1].best.fit if k > 0 else first
+        anew: list[Step] = []
+        for step in later:
+            one = fitted(record, fit, step.best.ids, _with(fit, step.best))
+            others = (
+                tuple(other for other in found[k].hypotheses if other.ids != one.ids)
+                if not anew
+                else step.hypotheses[1:]
+            )
+            anew.append(Step(fit, misfit(fit), (one, *(o for o in others if o.ids != one.ids)), is_material=True))
+            fit = one.fit
+        if misfit(found[-1].best.fit) > NEEDED * misfit(fit):
+            found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
+    return found
 
 
-def stepped(record: Record, before: Fitted, ids: Iterable[str]) -> Step:
+def _other_shapes(steps: Sequence[Step]) -> set[str]:
+    """Return what is equivalent to a cause: beside it, that is the same cause in another shape."""
+    return {id_ for step in steps for one in step.group for id_ in one.ids}
+
+
+def _with(fit: Fitted, cause: Hypothesis) -> Float64:
+    """Return a fit's parameters with those of a cause."""
+    found = fit.parameters.copy()
+    if cause.ids[0] in CATALOGUE:
+        places = list(CATALOGUE[cause.ids[0]].stated_indices)
+        found[places] = cause.fit.parameters[places]
+    return found
+
+
+def stepped(record: Record, before: Fitted, ids: Iterable[str]) -> Step | None:
     """Return the likeliest hypotheses beside what a fit has already."""
     known = candidates(record, before.parameters, ids)
     base = [one.name for one in before.unknowns if one.effect is None and np.isfinite(one.reach)]
@@ -117,11 +153,16 @@ def stepped(record: Record, before: Fitted, ids: Iterable[str]) -> Step:
     for ids_, begin in begun:
         if begin.posterior >= least:
             aim = max((one.fit.posterior for one in found), default=-np.inf)
-            fit = climbed(record, begin.parameters, begin.unknowns, begin.disturbance, aim=aim)
-            fit = settled(record, fit, aim=aim)
+            fit = settled(record, begin, aim=aim)
             found.append(Hypothesis(ids_, fit.evidence - before.evidence, misfit(fit), misfit(before), fit))
     found = sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
-    return Step(before, misfit(before), tuple(found))
+    found = [one for one in found if one.evidence > GAIN]
+    if not found:
+        return None
+    without = misfit(before)
+    material = [one for one in found if one.misfit < NEEDED * without]
+    best = (material or found)[0]
+    return Step(before, without, (best, *(one for one in found if one is not best)), bool(material))
 
 
 def _begun(record: Record, before: Fitted, start: Start) -> tuple[tuple[str, ...], Fitted]:
@@ -130,4 +171,5 @@ def _begun(record: Record, before: Fitted, start: Start) -> tuple[tuple[str, ...
         unknowns = [*before.unknowns, *unknowns_of(CATALOGUE[start.ids[0]], start.parameters)]
     else:
         unknowns = freed(before.unknowns, [name.removeprefix(PARAMETER) for name in start.ids])
-    return start.ids, climbed(record, start.parameters, unknowns, before.disturbance, BEGUN)
+    fit = climbed(record, start.parameters, unknowns, before.disturbance)
+    return start.ids, settled(record, fit, rounds=1)
