@@ -5,11 +5,14 @@ A command goes out, the next tick is waited for, and what arrived is held agains
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
+from etb_hil.base.rewinding import rewind
 from etb_hil.bench.command_pause import CommandPause
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, Verb
@@ -22,8 +25,8 @@ if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
     from etb_hil.bench.bench_file import Bench
     from etb_hil.bench.stop_signals import StopSignals
-    from etb_hil.bench.tap import Tap
-    from etb_hil.recording.samples import SampleBlock
+    from etb_hil.bench.tap import Ahead, Tap
+    from etb_hil.recording.samples import Int64, SampleBlock
     from etb_hil.scenario.condition import Condition
 
 WATCH_S = 0.125  # how often a watcher is told: as often as the panel draws
@@ -71,6 +74,7 @@ class Beat:
         self._supply = None if supply is None else SupplyGuard(supply)
         self._show = show
         self._show_due_ns = 0
+        self._alone_until_ns = 0  # beats are called one by one until then
         self.tick_ns = round(1e9 / bench.command_rate)
         self.start_ns = self.next_ns = clock.now_ns()
         self._end_ns = self.start_ns - spent_ns + round(bench.limits.duration * 1e9)
@@ -120,6 +124,62 @@ class Beat:
         blocks = self._tap.receive()
         trip = self._supervise(blocks, self._clock.now_ns(), is_waking=is_waking)  # a stall may have come in between
         self._refuse(trip)
+        self._end(now_ns)
+
+    def room(self) -> int:
+        """Return how many beats `ahead` may live at once now.
+
+        0 and 1 where each needs a call of its own.
+        """
+        until_ns = self._tap.ahead_until_ns
+        if not until_ns or self._interlock is not None or self.next_ns < self._alone_until_ns:
+            return 0
+        now_ns = self._clock.now_ns()
+        ends_ns = min(until_ns, self._end_ns, self.supervisor.fresh_until_ns())
+        shown = -((now_ns - self._show_due_ns) // self.tick_ns)
+        return min((ends_ns - now_ns) // self.tick_ns, shown) if now_ns == self.next_ns else 0
+
+    def ahead(self, set_points: Sequence[SetPoint]) -> bool:
+        """Live as many beats at once as there are set-points, if there is `room`.
+
+        Return whether nothing exceptional happened: all is as after a call for each set-point then. Otherwise nothing
+        has happened at all, and each needs a call.
+        """
+        self._heed_signals()
+        moves = set_points[0].enable
+        times_ns = self.next_ns + self.tick_ns * np.arange(len(set_points) + 1)
+        is_allowed = all(one.enable is moves and self.supervisor.allows(one) is None for one in set_points)
+        came = self._tap.ahead(set_points, times_ns[:-1], int(times_ns[-1])) if is_allowed else None
+        ages_ns = None if came is None else self._ages(came, times_ns[1:], moves=moves)
+        if came is None or ages_ns is None:
+            self._alone_until_ns = int(times_ns[-1])
+            return False
+        self._tap.keep(came.frames)
+        self._moves, self.commanded, self.next_ns = moves, set_points[-1], int(times_ns[-1])
+        for sent_ns, age_ns in zip(times_ns.tolist(), ages_ns.tolist(), strict=False):
+            self._pause.note(sent_ns)
+            self.lateness.note(0)
+            self.frame_age.note(max(age_ns, 0))
+        self._end(self.next_ns)
+        return True
+
+    def _ages(self, came: Ahead, times_ns: Int64, *, moves: bool) -> Int64 | None:
+        """Take what came ahead; return the age of the newest sample at times (n).
+
+        None where something exceptional is in it: all is undone then.
+        """
+        marks = [*came.marks, (self.supervisor, self.supervisor.mark())]
+        measured_ns = self.supervisor.measured_until_ns(came.blocks, times_ns)
+        is_supplied = self._supply is None or self._supply.is_inside(came.blocks)
+        if measured_ns is None or not is_supplied or self.supervisor.look(came.blocks, moves=moves) is not None:
+            rewind(marks)
+            return None
+        if self._supply is not None:
+            self._supply.push(came.blocks)
+        return times_ns - measured_ns
+
+    def _end(self, now_ns: int) -> None:
+        """Check the raw log and the talk with the unit, and show the run."""
         self._tap.check_recording()
         if self._tap.talk is not None:
             self._tap.talk.check()

@@ -236,8 +236,14 @@ class Runner:
         """Command the set-points until they end, or until a sample fires the condition."""
         start_ns = self._beat.next_ns
         duration_ns = round(trajectory.duration * 1e9)
-        while (since_ns := self._beat.next_ns - start_ns) < duration_ns:
-            self._beat(trajectory.at(since_ns * 1e-9))
+        beat = self._beat
+        while (since_ns := beat.next_ns - start_ns) < duration_ns:
+            room = beat.room() if until is None else 0
+            times_ns = range(since_ns, min(since_ns + max(room, 1) * beat.tick_ns, duration_ns), beat.tick_ns)
+            points = [trajectory.at(one * 1e-9) for one in times_ns]
+            if len(points) > 1 and beat.ahead(points):
+                continue
+            beat(points[0])
             if until is not None and (fired := self._analysis.fired) is not None:
                 self._tap.events.add(
                     fired.stamp_ns, "trigger", id=self._phase_id, condition=str(until), value=fired.value

@@ -8,16 +8,19 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.recording.samples import Float64, Int64, SampleBlock
 
 SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 
 
-class SpeedWatch:
+class SpeedWatch(Rewindable):
     """Means of the motor's velocity over `SPAN_NS`.
 
     They go back to the newest sample that is that much older; any chunking gives the same values.
     """
+
+    LIVES = ("_time_ns", "_angle", "_newest")
 
     def __init__(self) -> None:
         self._time_ns = np.empty(0, np.int64)

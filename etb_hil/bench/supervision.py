@@ -10,9 +10,10 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.base.outcome import BenchOutcome
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.bench.safety_limits import SafetyLimits
 from etb_hil.bench.speed_watch import SpeedWatch
-from etb_hil.recording.samples import Float64, SampleBlock
+from etb_hil.recording.samples import Float64, Int64, SampleBlock
 from etb_hil.scenario.trajectory import SetPoint
 from etb_hil.session.answer_time import AnswerWatch
 
@@ -20,6 +21,7 @@ MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_
 STATUS_ROLES = frozenset({"enable", "mode", "faults", "temperature", "supply_voltage", "controller_time"})
 TIMEOUT, OVER_CURRENT = 1, 8  # fault bits of the role `faults`, as `dbc/` lists them
 ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above it
+MAX_NS = np.iinfo(np.int64).max
 STATUSES = 2  # how many of them may be of before
 TEMPERATURE_AGE_NS = 10_000_000_000  # a housing takes minutes to become warm
 STATUS_AGE = 10  # times older than a sample may a status be: it comes at 100 Hz, samples at 1 kHz and more
@@ -37,8 +39,13 @@ class Trip:
     outcome: BenchOutcome = BenchOutcome.FAULT
 
 
-class Supervisor:
+class Supervisor(Rewindable):
     """Holds the newest measurements against the limits."""
+
+    LIVES = (
+        "_newest_ns", "_seen", "_newest_status_ns", "_newest_temperature_ns", "_statuses", "_answer", "_speed",
+        "current", "angle", "velocity", "temperature", "enabled", "faults",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -154,6 +161,31 @@ class Supervisor:
         if now_ns - warm_ns > TEMPERATURE_AGE_NS:
             return self._age_trip("temperature", warm_ns, now_ns, TEMPERATURE_AGE_NS)
         return None
+
+    def fresh_until_ns(self) -> int:
+        """Return until when the newest status and temperature are not too old."""
+        ends = [MAX_NS]
+        if self._reports_status:
+            ends.append(self._newest_status_ns + self._frame_age_ns * STATUS_AGE)
+        if self._newest_temperature_ns is not None:
+            ends.append(self._newest_temperature_ns + TEMPERATURE_AGE_NS)
+        return min(ends)
+
+    def measured_until_ns(self, blocks: Collection[SampleBlock], times_ns: Int64) -> Int64 | None:
+        """Return what `newest_ns` becomes at times (n), while new samples come.
+
+        Their stamps rise. None where a sample is too old by then, and where more than stamps decides: a role comes in
+        several messages, or nothing was asked for.
+        """
+        found = []
+        for role, newest_ns in self._newest_ns.items():
+            stamps = [block.stamp_ns[~np.isnan(block.columns[role])] for block in blocks if role in block.columns]
+            if len(stamps) > 1:
+                return None
+            known = np.concatenate([np.array([newest_ns]), *stamps])
+            found.append(known[np.searchsorted(known, times_ns, side="right") - 1])
+        measured_ns = np.minimum.reduce(found) if found else times_ns - self._frame_age_ns - 1
+        return None if np.any(times_ns - measured_ns > self._frame_age_ns) else measured_ns
 
     def _age_trip(self, name: str, stamp_ns: int, now_ns: int, allowed_ns: int) -> Trip:
         """Return what a stamp says that is so far ahead of the clock, or so far behind it."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.condition import Condition
 from etb_hil.scenario.condition_watch import Firing
@@ -36,6 +38,12 @@ class SupplyGuard:
                 columns = block.stamp_ns, block.time_ns, block.columns[ROLE]
                 for stamp_ns, time_ns, value in zip(*(one.tolist() for one in columns), strict=True):
                     self._take(stamp_ns, time_ns, value)
+
+    def is_inside(self, blocks: Iterable[SampleBlock]) -> bool:
+        """Return whether the supply is inside now and in all of new samples."""
+        values = [block.columns[ROLE] for block in blocks if ROLE in block.columns]
+        is_now = self._outside_since_ns is None
+        return is_now and all(bool(np.all((self._low <= each) & (each <= self._high))) for each in values)
 
     def __str__(self) -> str:
         """Say what the supply is, and what it should be."""

@@ -6,17 +6,21 @@ Commands go out, frames come in, and all of it goes into the raw log.
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
 
 from etb_hil.base.clock import Clock
-from etb_hil.base.errors import BenchFault, RecordingFault
+from etb_hil.base.errors import BenchFault, InputError, RecordingFault
+from etb_hil.base.rewinding import Marks, rewind
 from etb_hil.bench.interlock import ROLE as INTERLOCK
 from etb_hil.bench.supervision import STATUS_ROLES
 from etb_hil.canio.bus.health import BusHealth
-from etb_hil.canio.bus.link import Link
+from etb_hil.canio.bus.link import Link, VirtualLink
 from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.recording.samples import SampleBlock
+from etb_hil.recording.samples import Int64, SampleBlock
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.trajectory import SetPoint
 from etb_hil.session.analysis import Analysis
@@ -45,6 +49,17 @@ class RawLog(Protocol):
         ...
 
 
+class Ahead(NamedTuple):
+    """What came while a bench lived ahead.
+
+    The frames are not in the raw log yet. `marks` undo everything.
+    """
+
+    frames: FrameBlock
+    blocks: list[SampleBlock]
+    marks: Marks
+
+
 class Tap:
     """Send commands, receive frames, log both, and hand frames to the analysis."""
 
@@ -66,6 +81,7 @@ class Tap:
         self._clock = clock
         self._flushed = time.monotonic()
         self._lost: RecordingFault | None = None
+        self._virtual = link if isinstance(link, VirtualLink) else None
         self.talk = talk
         self._asked: FrameBlock | None = None  # frames to the unit's diagnostics that wait for the next command
         self.events = events
@@ -80,16 +96,44 @@ class Tap:
 
     def command(self, set_point: SetPoint) -> None:
         """Send one set-point."""
-        self._send(
-            {
-                "command_mode": float(set_point.mode),
-                "command_enable": float(set_point.enable),
-                "command_position": set_point.position,
-                "command_velocity": set_point.velocity,
-                "command_voltage": set_point.voltage,
-            }
-        )
+        self._send(_values_of(set_point))
         self._ask()  # behind the set-point, which waits for nothing
+
+    @property
+    def ahead_until_ns(self) -> int:
+        """Until when `ahead` may live at most; 0 where it may not."""
+        if self._virtual is None or self.talk is not None:
+            return 0
+        can = self._virtual.network.can_rewind and self._analysis.can_rewind
+        return self._analysis.segment_end_ns - 1 if can else 0
+
+    def ahead(self, set_points: Sequence[SetPoint], sent_ns: Int64, until_ns: int) -> Ahead | None:
+        """Send set-points (n) at their times, and live until a time after all of them.
+
+        None where that is not possible: nothing has happened then, and this is the last try on a bus whose commands have
+        to wait.
+        """
+        link = self._virtual
+        if link is None:
+            return None
+        marks: Marks = [(part, part.mark()) for part in (self._encoder, self._analysis)]
+        try:
+            values = [_values_of(one) for one in set_points]
+            columns = {role: np.array([each[role] for each in values]) for role in values[0] if role in self._carried}
+            commands = self._encoder.encode(columns, sent_ns)
+            mark = link.ahead(commands, until_ns)
+        except (BenchFault, InputError):  # the beat that it belongs to meets it again
+            mark = None
+        if mark is None:
+            self._virtual = None
+            rewind(marks)
+            return None
+        frames = link.receive()
+        try:
+            return Ahead(frames, self._analysis.push(frames), [*marks, (link.network, mark)])
+        except Exception:
+            self.keep(frames)
+            raise
 
     def request(self, measure: Measure) -> None:
         """Ask the controller for samples until told otherwise."""
@@ -110,7 +154,7 @@ class Tap:
         A run that is no longer recorded still has to be seen to end safely: `check_recording` says that it is not.
         """
         frames = self._link.receive()
-        self._keep(frames)
+        self.keep(frames)
         if self.talk is not None:
             self._ask()  # what no command has taken along
             self._asked = self.talk.hear(frames)
@@ -138,7 +182,7 @@ class Tap:
         if self._lost is not None:
             raise self._lost
 
-    def _keep(self, frames: FrameBlock) -> None:
+    def keep(self, frames: FrameBlock) -> None:
         """Write frames to the raw log until it refuses some: from then on there is none."""
         if self._lost is not None:
             return
@@ -166,3 +210,14 @@ class Tap:
             if not values:
                 return
         self._link.send(self._encoder.encode(values, self._clock.now_ns()))
+
+
+def _values_of(set_point: SetPoint) -> dict[str, float]:
+    """Return the values of the commanded roles."""
+    return {
+        "command_mode": float(set_point.mode),
+        "command_enable": float(set_point.enable),
+        "command_position": set_point.position,
+        "command_velocity": set_point.velocity,
+        "command_voltage": set_point.voltage,
+    }

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.base.roles import COMMANDED
 from etb_hil.canio.dbc.protection import Profile, alive_counter, crc_is_right
 from etb_hil.canio.dbc.signal_bits import read_value
@@ -49,11 +50,13 @@ _GROWTH = 64
 UNASKED_RATE = 1000.0  # Hz
 
 
-class FrameReader:
+class FrameReader(Rewindable):
     """Takes the frames of one dialect.
 
     Events wait here until their control tick has come.
     """
+
+    LIVES = ("_counters", "_values", "_stamps", "_events", "_waiting")
 
     def __init__(self, dialect: Dialect) -> None:
         messages = [m for m in dialect.messages if m.commanded]

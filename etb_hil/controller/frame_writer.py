@@ -12,6 +12,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc.protection import protect_at
 from etb_hil.canio.dbc.signal_bits import PLACE, Overflow, write_at
 from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames, concatenate_frames
@@ -54,12 +55,14 @@ _IDENT, _FLAGS, _LENGTH, _PROFILE, _KIND, _SIGNALS, _FIRST, _END, _TURN_BITS, _C
 _SINGLE, _BURST, _STATUS = 0, 1, 2
 
 
-class FrameWriter:
+class FrameWriter(Rewindable):
     """Makes the frames of one dialect; keeps the alive counters.
 
     `has_single` and `has_burst` say which measurements the dialect has frames for. Roles that this controller does not
     know stay 0 in their frames. The sample counter counts the dialect's ticks.
     """
+
+    LIVES = ("_counters", "_values")
 
     def __init__(self, dialect: Dialect, start_ns: int) -> None:
         messages = [m for m in dialect.messages if not m.commanded]

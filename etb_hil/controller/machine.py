@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.controller import monitors
 from etb_hil.controller.kernel import ARRIVED, run_ticks
 from etb_hil.controller.laws.choice import law_gains, law_number
@@ -60,7 +61,7 @@ class Output:
     switches: NDArray[np.void]
 
 
-class Machine:
+class Machine(Rewindable):
     """One unit and its controller, switched on at `start_ns`.
 
     Its plate is at rest at `start_angle` (rad).
@@ -69,6 +70,8 @@ class Machine:
     `start_angle` the plate rests where springs and friction may have left it. `has_single` and `has_burst` say for
     which kinds of measurement there are frames. `track_2_offset` (rad) is a fault of the second plate track.
     """
+
+    LIVES = ("_state", "_plant", "_unit", "_burst")
 
     def __init__(
         self,

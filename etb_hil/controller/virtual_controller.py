@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil import __version__
 from etb_hil.base.modes import Mode
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.controller.frame_reader import FrameReader
 from etb_hil.controller.frame_writer import FrameWriter
@@ -39,7 +40,7 @@ class DriveSwitch:
     reason: str
 
 
-class VirtualController:
+class VirtualController(Rewindable):
     """A throttle unit with its controller on a bus (`Node`).
 
     The unit has 1 kHz control and 20 kHz sampling of a simulated plant.
@@ -50,6 +51,8 @@ class VirtualController:
     follows from `seed`. `on_switch` is told each time the bridge goes on or off. With `uds` it answers UDS, as what
     `identity` says by name, with `uds_faults`; `track_2_offset` (rad) is a fault of its second plate track.
     """
+
+    LIVES = ("_reader", "_writer", "_machine", "driving")
 
     def __init__(
         self,
@@ -97,6 +100,11 @@ class VirtualController:
     def sends(self) -> list[tuple[int, bool]]:
         """The identifiers of its frames, and whether they are extended."""
         return [*self._writer.idents, *([] if self._uds is None else self._uds.sends)]
+
+    @property
+    def can_rewind(self) -> bool:
+        """Whether nobody outside is told of what happens, and no UDS server has a state."""
+        return self._uds is None and self._on_switch is None
 
     @property
     def time(self) -> float:

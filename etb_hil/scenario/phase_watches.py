@@ -41,6 +41,11 @@ class PhaseWatches:
             self._open = [w for w in self._open if w.fired is None and (w.until_ns is None or newest_ns <= w.until_ns)]
 
     @property
+    def is_watching(self) -> bool:
+        """Whether a sample may still fire a condition."""
+        return bool(self._open)
+
+    @property
     def firings(self) -> list[Firing | None]:
         """What fired in each phase so far; None where nothing did."""
         return [None if watch is None else watch.fired for watch in self._watches]

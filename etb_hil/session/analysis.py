@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.phase_use import RunPhase, Use
@@ -52,14 +53,17 @@ class PhaseMark:
     phase: RunPhase
 
 
-class Analysis:
+class Analysis(Rewindable):
     """Decode frames, keep the Recording, and run observer and diagnosis on it.
 
     Both run while it grows.
 
     Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
     Without `keep`, the Recording holds the samples' times alone: logs may be long. `bus` tells how long frames take.
+    What `push` does can be rewound while no segment ends in it, which it does at `segment_end_ns`.
     """
+
+    LIVES = ("decoder", "_bus_time", "_newest_ns")
 
     def __init__(
         self,
@@ -128,8 +132,8 @@ class Analysis:
         blocks: list[SampleBlock] = []
         while len(frames.stamp_ns):
             part, rest, newest_ns = frames, None, int(np.maximum.reduce(frames.stamp_ns))
-            if newest_ns >= self._judged_ns + JUDGE_NS:
-                ends = int(np.argmax(frames.stamp_ns >= self._judged_ns + JUDGE_NS)) + 1
+            if newest_ns >= self.segment_end_ns:
+                ends = int(np.argmax(frames.stamp_ns >= self.segment_end_ns)) + 1
                 part, rest = frames.select(slice(0, ends)), frames.select(slice(ends, None))
                 newest_ns = int(np.maximum.reduce(part.stamp_ns))
             self._newest_ns = max(self._newest_ns, newest_ns)
@@ -143,6 +147,16 @@ class Analysis:
             self._catch_up()
             frames = rest
         return blocks
+
+    @property
+    def can_rewind(self) -> bool:
+        """Whether no condition is looked for, and nothing is read by data identifier."""
+        return self.decoder.can_rewind and not self._watches.is_watching
+
+    @property
+    def segment_end_ns(self) -> int:
+        """The stamp from which on a frame ends the segment and has it judged."""
+        return self._judged_ns + JUDGE_NS
 
     def snapshot(self) -> Snapshot:
         """Return friction now, and what is known of T_st and T_c so far."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.modes import Mode
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.results.run_result import AnswerTime
 
 if TYPE_CHECKING:
@@ -23,8 +24,10 @@ COMMAND, STATUS = "command_mode", "enable"
 _OFF = float(Mode.OFF)  # comparing with a member of an enum takes longer than all the rest
 
 
-class AnswerWatch:
+class AnswerWatch(Rewindable):
     """Hold the status against the newest command, `allowed_ns` after it."""
+
+    LIVES = ("_asked", "_asked_ns", "_is_awaited")
 
     def __init__(self, allowed_ns: int) -> None:
         self._allowed_ns = allowed_ns

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.bit_timing import INTERMISSION_BITS, frame_bits
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 
@@ -20,12 +21,14 @@ if TYPE_CHECKING:
 _KIND = FrameFlag.EXTENDED | FrameFlag.REMOTE | FrameFlag.ERROR | FrameFlag.SENT
 
 
-class BusTime:
+class BusTime(Rewindable):
     """The time from the start of a sample's first frame to the stamp of its last one.
 
     A frame has its stamp at its end (ISO 11898-1), so that it started by its own length before. Only the frames of two
     segments are kept: samples are asked for in the segment after their frames at the latest.
     """
+
+    LIVES = ("_now",)
 
     def __init__(self, dialect: Dialect, sources: Iterable[str], bus: BusRates) -> None:
         self._messages, self._bus = [dialect.message(source) for source in sources], bus

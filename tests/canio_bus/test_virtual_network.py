@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.bit_timing import frame_bits
 from etb_hil.canio.bus import wire as module
 from etb_hil.canio.bus.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Fault, Lost, Window
@@ -204,6 +205,68 @@ def test_nor_does_it_when_a_node_says_what_it_sends(controllers, cuts, struck):
     cut, cut_health = conversation(cuts, controllers, faults, declared=True)
     assert_same(whole, cut)
     assert health == cut_health
+
+
+class Rewound(Controller, Rewindable):
+    """A controller that can be rewound."""
+
+    LIVES = ("_tick", "_heard")
+
+
+@given(stamps=st.lists(st.integers(1, 19 * MS), min_size=1, max_size=8, unique=True))
+@settings(max_examples=60)
+def test_commands_that_are_sent_ahead_give_the_same_or_are_undone(stamps):
+    """Of a command that waits for the bus nobody knows before when it ends."""
+
+    def one_by_one(network, port):
+        for stamp in sorted(stamps):
+            network.sleep_until_ns(stamp)
+            network.send(port, frame(0x010))
+        network.sleep_until_ns(20 * MS)
+        return network.collect(port), network.health(port)
+
+    def fresh():
+        network = VirtualNetwork(500_000)
+        network.attach(Rewound(0x100))
+        return network, network.open_port()
+
+    whole, health = one_by_one(*fresh())
+    network, port = fresh()
+    assert network.can_rewind
+    commands = block([(stamp, 0x010, 0, b"") for stamp in sorted(stamps)])
+    mark = network.ahead(port, commands, 20 * MS)
+    sent = whole.stamp_ns[whole.flags & FrameFlag.SENT != 0]
+    length = (int(frame_bits(commands)[0][0]) - 3) * BIT
+    assert (mark is not None) == np.array_equal(sent, commands.stamp_ns + length)
+    if mark is not None:
+        assert_same(network.collect(port), whole)
+        assert network.health(port) == health
+        network.rewind(mark)
+    assert network.now_ns() == 0
+    again, health_again = one_by_one(network, port)
+    assert_same(again, whole)
+    assert health_again == health
+
+
+def test_nothing_is_sent_ahead_where_others_take_part():
+    network = VirtualNetwork()
+    port = network.open_port()
+    assert not network.can_rewind
+    network.attach(Rewound(0x100))
+    assert network.can_rewind
+    network.send(port, frame(0x010))
+    assert not network.can_rewind
+    network.sleep_until_ns(MS)
+    assert network.can_rewind
+    other = network.open_port()
+    assert not network.can_rewind
+    network.close_port(other)
+    assert network.can_rewind
+    network.faults = FAULTS
+    assert not network.can_rewind
+    network.faults = ()
+    network.attach(Script([]))
+    assert not network.can_rewind
 
 
 def test_a_frame_that_wins_over_all_a_node_sends_does_not_interrupt_it():

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.bit_timing import frame_bits
 from etb_hil.canio.frames import FrameBlock
 
@@ -53,11 +54,13 @@ class BusHealth:
     dropped: int | None
 
 
-class LoadMeter:
+class LoadMeter(Rewindable):
     """Bus load from the time for which each frame occupies the bus.
 
     Bit rates are in bit/s.
     """
+
+    LIVES = ("bins",)
 
     def __init__(self, start_ns: int, bitrate: int, data_bitrate: int) -> None:
         self._bitrate, self._data_bitrate = bitrate, data_bitrate

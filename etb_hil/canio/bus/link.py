@@ -12,6 +12,7 @@ from etb_hil.canio.bus.virtual_network import VirtualNetwork, named_network
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
+    from etb_hil.base.rewinding import Mark
     from etb_hil.canio.bus.health import BusHealth
     from etb_hil.canio.frames import FrameBlock
 
@@ -52,6 +53,15 @@ class VirtualLink:
     def send(self, frames: FrameBlock) -> None:
         """Hand frames to the transmitter now."""
         self._network.send(self._port, frames)
+
+    @property
+    def network(self) -> VirtualNetwork:
+        """The network that the link is into."""
+        return self._network
+
+    def ahead(self, frames: FrameBlock, until_ns: int) -> Mark | None:
+        """Send frames at their stamps, and live until `until_ns`, as the network does."""
+        return self._network.ahead(self._port, frames, until_ns)
 
     def receive(self) -> FrameBlock:
         """Return all frames since the last call, in virtual time at their end."""

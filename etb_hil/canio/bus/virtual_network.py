@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Protocol
 from weakref import WeakValueDictionary
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.rewinding import Mark, Rewindable
 from etb_hil.canio.bus.arbitration import arbitration_key
 from etb_hil.canio.bus.fault_injection import FaultInjection
 from etb_hil.canio.bus.wire import Wire
-from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.frames import FrameFlag, concatenate_frames
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -38,7 +39,7 @@ class Node(Protocol):
         ...
 
 
-class VirtualNetwork:
+class VirtualNetwork(Rewindable):
     """A CAN bus in virtual time with its nodes and opened buses.
 
     Each has a FIFO transmit queue.
@@ -46,6 +47,8 @@ class VirtualNetwork:
     `bitrate` and `data_bitrate` in bit/s; `fd` allows FD frames; time starts at `start_ns`. `faults` may be changed at
     any time; while none can strike, everything runs compiled. Frames are stamped at their end, before intermission.
     """
+
+    LIVES = ("_now", "_wire", "_nodes")
 
     def __init__(
         self,
@@ -108,6 +111,40 @@ class VirtualNetwork:
             else:
                 wire.transmit(until_ns)
             self._now = until_ns
+
+    @property
+    def can_rewind(self) -> bool:
+        """Whether `ahead` may be called now.
+
+        There is one node, which can be rewound, and one access, which waits for nothing; no fault is injected.
+        """
+        if len(self._nodes) != 1 or self.faults or self._injection.is_needed:
+            return False
+        ((port, node),) = self._nodes.items()
+        return isinstance(node, Rewindable) and node.can_rewind and self._wire.is_quiet(port)
+
+    def ahead(self, port: int, frames: FrameBlock, until_ns: int) -> Mark | None:
+        """Send frames at their stamps, and move on to `until_ns` in one step.
+
+        Return what brings the network back to where it was. None where it is there: the node hears of all frames before
+        it lives, as if the bus were free for each, and one of them had to wait.
+        """
+        with self.lock:
+            wire, now, mark = self._wire, self._now, self.mark()
+            ((own, node),) = self._nodes.items()
+            is_as_told = False
+            try:
+                told = wire.enqueue_told(port, own, frames, now, until_ns)
+                made = node.run(until_ns, concatenate_frames([wire.collect(own), told]))
+                if len(made):
+                    wire.enqueue(own, made, now, until_ns, at_once=False)
+                wire.transmit(until_ns)
+                self._now = until_ns
+                is_as_told = wire.was_as_told(port, told)
+            finally:
+                if not is_as_told:
+                    self.rewind(mark)
+            return mark if is_as_told else None
 
     def step_to_delivery(self, deadline_ns: int | None) -> None:
         """Move on by one step that passes no delivery unnoticed.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from etb_hil.base.errors import BenchFault
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.bus import arbitration as arb
 from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
 from etb_hil.canio.frames import FrameBlock
@@ -30,11 +31,13 @@ _LEAST_FD_BITS = 26
 _NOTHING = {width: FrameBlock.empty(width) for width in (8, 64)}
 
 
-class Wire:
+class Wire(Rewindable):
     """Ports on a bus of these bit rates (bit/s).
 
     The wire knows of bits, queues and counters, not of nodes or sleeping.
     """
+
+    LIVES = ("ports", "queue", "payload", "log", "log_payload", "bus", "meter")
 
     def __init__(self, bitrate: int, data_bitrate: int, *, fd: bool, start_ns: int) -> None:
         self.fd = fd
@@ -146,6 +149,33 @@ class Wire:
                 self.queue, self.payload, self.ports, self.bus, self.log, self.log_payload, now_ns, until_ns
             )
         )  # fmt: skip
+
+    def enqueue_told(self, port: int, node: int, frames: FrameBlock, now_ns: int, until_ns: int) -> FrameBlock:
+        """Append frames at their stamps; return what the node hears of them.
+
+        It hears of each as if the bus were free for it; `was_as_told` says whether it was.
+        """
+        first = int(self.ports[port, arb.TAIL])
+        self.enqueue(port, frames, now_ns, until_ns, at_once=False)
+        slots = self._slots(port, first)
+        self.queue[port, slots, arb.TOLD] = 1 << node
+        self.ports[node, arb.RECEIVED] += len(frames)
+        ends_ns = frames.stamp_ns + self.queue[port, slots, arb.SPAN]
+        return FrameBlock(ends_ns, frames.ident, frames.flags, frames.length, frames.data, frames.channel)
+
+    def was_as_told(self, port: int, told: FrameBlock) -> bool:
+        """Return whether a port's last frames have all ended when the node was told."""
+        slots = self._slots(port, int(self.ports[port, arb.TAIL]) - len(told))
+        all_sent = self.ports[port, arb.HEAD] == self.ports[port, arb.TAIL]
+        return bool(all_sent) and np.array_equal(self.queue[port, slots, arb.STAMP], told.stamp_ns)
+
+    def is_quiet(self, node: int) -> bool:
+        """Return whether a single other port is open, and has sent all it was given."""
+        others = [port for number, port in enumerate(self.ports.tolist()) if port[arb.OPEN] and number != node]
+        return len(others) == 1 and others[0][arb.HEAD] == others[0][arb.TAIL]
+
+    def _slots(self, port: int, first: int) -> NDArray[np.int64]:
+        return np.arange(first, int(self.ports[port, arb.TAIL])) & (self.queue.shape[1] - 1)
 
     def horizon(self, now_ns: int, until_ns: int) -> int:
         """Return up to when every node may run at once, at most `until_ns`."""

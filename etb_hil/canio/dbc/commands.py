@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc.signal_bits import Overflow
 from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
@@ -15,14 +18,18 @@ from etb_hil.canio.frames import FrameBlock, concatenate_frames
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import ArrayLike
+
     from etb_hil.canio.dbc.dialect import Dialect
 
 
-class CommandEncoder:
+class CommandEncoder(Rewindable):
     """Encode values of commanded roles.
 
     Each message's alive counter runs on from call to call.
     """
+
+    LIVES = ("_writers",)
 
     def __init__(self, dialect: Dialect) -> None:
         """Raise InputError where a message that goes to the controller cannot be written."""
@@ -39,10 +46,10 @@ class CommandEncoder:
         """The roles that some message to the controller carries."""
         return frozenset(role for writer in self._writers.values() for role in writer.roles)
 
-    def encode(self, values: Mapping[str, float], stamp_ns: int) -> FrameBlock:
+    def encode(self, values: Mapping[str, ArrayLike], stamp_ns: ArrayLike) -> FrameBlock:
         """Return one frame for each message that carries one of the roles.
 
-        What a frame lacks is 0 in it.
+        What a frame lacks is 0 in it. Of values (n) at stamps (n) there are n frames for each, in the order of time.
 
         Raises InputError for a role that no message carries, and for a value that its signal cannot hold.
         """
@@ -52,9 +59,10 @@ class CommandEncoder:
             routes = self._routes[keys] = self._route(keys)
         if len(routes) == 1:
             return routes[0][0].write(values, stamp_ns)
-        return concatenate_frames(
+        frames = concatenate_frames(
             writer.write({role: values[role] for role in roles}, stamp_ns) for writer, roles in routes
         )
+        return frames.select(np.argsort(frames.stamp_ns, kind="stable"))
 
     def _route(self, roles: tuple[str, ...]) -> list[tuple[MessageWriter, tuple[str, ...]]]:
         carried = [role for writer in self._writers.values() for role in writer.roles]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc import reception as rx
 from etb_hil.canio.dbc import signal_bits as sb
 from etb_hil.canio.dbc.sample_store import SampleStore
@@ -45,7 +46,7 @@ class MessageStatistics:
     backwards: int
 
 
-class Decoder:
+class Decoder(Rewindable):
     """Turn the frames of a dialect into samples of its roles, in their order.
 
     A frame that fails its check updates nothing. Frames of this side (`SENT`) are decoded only where the message goes
@@ -54,6 +55,8 @@ class Decoder:
     carries once is held over them. With `gather`, samples are kept until `gathered` hands them out in longer blocks.
     `requested` finds what is read by data identifier, where the dialect has such roles.
     """
+
+    LIVES = ("_store", "_state", "_counts", "_clock")
 
     def __init__(self, dialect: Dialect, *, gather: bool = False) -> None:
         self._names = [message.name for message in dialect.messages]
@@ -96,6 +99,11 @@ class Decoder:
         """Return the samples that were pushed since the last call, in few blocks."""
         readings, self._readings = self._readings, []
         return self._store.gathered() + readings
+
+    @property
+    def can_rewind(self) -> bool:
+        """Whether nothing is read by data identifier."""
+        return self.requested is None
 
     @property
     def lost(self) -> int:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc import signal_bits as sb
 from etb_hil.canio.dbc.signal_layout import SignalLayout
 from etb_hil.recording.samples import SampleBlock
@@ -41,11 +42,14 @@ _SIGNAL, _COUNT, _TURNS, _WRAPS, _SCALED, _ROLE = range(6)
 _SPAN, _SCALE, _OFFSET, _LAST, _TURN, _NUMBERS = range(6)
 
 
-class SampleStore:
+class SampleStore(Rewindable):
     """The samples of a dialect's messages, a row a sample.
 
     With `gather` they are kept until `gathered` hands them out.
     """
+
+    LIVES = ("_messages", "_numbers", "_gathered", "_used", "_from")
+    GROWS = ("_all_times", "_all_values", "_times", "_columns")
 
     def __init__(self, messages: Sequence[DialectMessage], *, gather: bool) -> None:
         self._names = [message.name for message in messages]

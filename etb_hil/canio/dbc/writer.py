@@ -11,6 +11,7 @@ import numpy as np
 from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc.protection import protect_rows
 from etb_hil.canio.dbc.signal_bits import Overflow
 from etb_hil.canio.dbc.signal_layout import SignalLayout
@@ -33,12 +34,14 @@ _SMALL = 64  # blocks of up to so many frames come again and again
 SAMPLE_COUNTER = "sample_counter"
 
 
-class MessageWriter:
+class MessageWriter(Rewindable):
     """Encodes frames of one message, its alive counter running on from call to call.
 
     Sample counters and signals that wrap are written modulo their width. Any other value that the signal cannot hold is
     treated as `overflow` says: a converter at the end of its range saturates, a set-point is refused.
     """
+
+    LIVES = ("_counter",)
 
     def __init__(self, dialect: Dialect, message: str, overflow: Overflow = Overflow.SATURATE) -> None:
         """Raise InputError where there is no such message or its signals overlap."""
