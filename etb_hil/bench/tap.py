@@ -110,27 +110,23 @@ class Tap:
     def ahead(self, set_points: Sequence[SetPoint], sent_ns: Int64, until_ns: int) -> Ahead | None:
         """Send set-points (n) at their times, and live until a time after all of them.
 
-        None where that is not possible: nothing has happened then, and this is the last try on a bus whose commands have
-        to wait.
+        None where one of them cannot be sent: nothing has happened then.
         """
         link = self._virtual
         if link is None:
             return None
-        marks: Marks = [(part, part.mark()) for part in (self._encoder, self._analysis)]
+        marks: Marks = [(part, part.mark()) for part in (link.network, self._encoder, self._analysis)]
         try:
             values = [_values_of(one) for one in set_points]
             columns = {role: np.array([each[role] for each in values]) for role in values[0] if role in self._carried}
             commands = self._encoder.encode(columns, sent_ns)
-            mark = link.ahead(commands, until_ns)
+            link.ahead(commands, until_ns, marks[0][1])
         except (BenchFault, InputError):  # the beat that it belongs to meets it again
-            mark = None
-        if mark is None:
-            self._virtual = None
             rewind(marks)
             return None
         frames = link.receive()
         try:
-            return Ahead(frames, self._analysis.push(frames), [*marks, (link.network, mark)])
+            return Ahead(frames, self._analysis.push(frames), marks)
         except Exception:
             self.keep(frames)
             raise

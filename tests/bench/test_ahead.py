@@ -117,7 +117,7 @@ def test_a_run_that_lives_ahead_is_the_same(run, reason_id):
     assert pushes < 0.6 * pushes_single
 
 
-def test_a_command_that_has_to_wait_for_the_bus_is_undone_and_sent_beat_by_beat(run):
+def test_so_is_one_whose_commands_have_to_wait_for_the_bus(run):
     finished, pushes, pushes_single = pair(run, {}, "virtual_fd")  # bursts are under way when a command is due
     assert finished.record.reason_id == ""
-    assert pushes == pushes_single
+    assert pushes < 0.6 * pushes_single

@@ -59,9 +59,9 @@ class VirtualLink:
         """The network that the link is into."""
         return self._network
 
-    def ahead(self, frames: FrameBlock, until_ns: int) -> Mark | None:
+    def ahead(self, frames: FrameBlock, until_ns: int, mark: Mark) -> None:
         """Send frames at their stamps, and live until `until_ns`, as the network does."""
-        return self._network.ahead(self._port, frames, until_ns)
+        self._network.ahead(self._port, frames, until_ns, mark)
 
     def receive(self) -> FrameBlock:
         """Return all frames since the last call, in virtual time at their end."""

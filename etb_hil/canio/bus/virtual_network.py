@@ -71,6 +71,7 @@ class VirtualNetwork(Rewindable):
         self._nodes: dict[int, Node] = {}
         self._wire = Wire(bitrate, data_bitrate, fd=fd, start_ns=start_ns)
         self._injection = FaultInjection(self._wire)
+        self._is_free = True  # as far as known, for each frame that is sent ahead
 
     @property
     def clock(self) -> Clock:
@@ -123,28 +124,34 @@ class VirtualNetwork(Rewindable):
         ((port, node),) = self._nodes.items()
         return isinstance(node, Rewindable) and node.can_rewind and self._wire.is_quiet(port)
 
-    def ahead(self, port: int, frames: FrameBlock, until_ns: int) -> Mark | None:
-        """Send frames at their stamps, and move on to `until_ns` in one step.
+    def ahead(self, port: int, frames: FrameBlock, until_ns: int, mark: Mark) -> None:
+        """Send frames at their stamps, and move on to `until_ns`.
 
-        Return what brings the network back to where it was. None where it is there: the node hears of all frames before
-        it lives, as if the bus were free for each, and one of them had to wait.
+        `mark` is the present state. The node hears of all frames before it lives, as if the bus were free for each.
+        Where one of them has to wait, these and all later frames are sent one by one.
         """
         with self.lock:
-            wire, now, mark = self._wire, self._now, self.mark()
-            ((own, node),) = self._nodes.items()
-            is_as_told = False
-            try:
-                told = wire.enqueue_told(port, own, frames, now, until_ns)
-                made = node.run(until_ns, concatenate_frames([wire.collect(own), told]))
-                if len(made):
-                    wire.enqueue(own, made, now, until_ns, at_once=False)
-                wire.transmit(until_ns)
-                self._now = until_ns
-                is_as_told = wire.was_as_told(port, told)
-            finally:
-                if not is_as_told:
-                    self.rewind(mark)
-            return mark if is_as_told else None
+            if self._is_free and self._in_one_step(port, frames, until_ns):
+                return
+            if self._is_free:
+                self._is_free = False
+                self.rewind(mark)
+            for row, stamp_ns in enumerate(frames.stamp_ns.tolist()):
+                self.sleep_until_ns(stamp_ns)
+                self.send(port, frames.select(slice(row, row + 1)))
+            self.sleep_until_ns(until_ns)
+
+    def _in_one_step(self, port: int, frames: FrameBlock, until_ns: int) -> bool:
+        """Return whether the frames were sent as the node was told."""
+        wire = self._wire
+        ((own, node),) = self._nodes.items()
+        told = wire.enqueue_told(port, own, frames, self._now, until_ns)
+        made = node.run(until_ns, concatenate_frames([wire.collect(own), told]))
+        if len(made):
+            wire.enqueue(own, made, self._now, until_ns, at_once=False)
+        wire.transmit(until_ns)
+        self._now = until_ns
+        return wire.was_as_told(port, told)
 
     def step_to_delivery(self, deadline_ns: int | None) -> None:
         """Move on by one step that passes no delivery unnoticed.

@@ -37,7 +37,8 @@ class Wire(Rewindable):
     The wire knows of bits, queues and counters, not of nodes or sleeping.
     """
 
-    LIVES = ("ports", "queue", "payload", "log", "log_payload", "bus", "meter")
+    LIVES = ("ports", "queue", "payload", "bus", "meter")
+    GROWS = ("log", "log_payload")  # rings whose unread rows stay, those of a node alone excepted
 
     def __init__(self, bitrate: int, data_bitrate: int, *, fd: bool, start_ns: int) -> None:
         self.fd = fd
@@ -170,9 +171,14 @@ class Wire(Rewindable):
         return bool(all_sent) and np.array_equal(self.queue[port, slots, arb.STAMP], told.stamp_ns)
 
     def is_quiet(self, node: int) -> bool:
-        """Return whether a single other port is open, and has sent all it was given."""
-        others = [port for number, port in enumerate(self.ports.tolist()) if port[arb.OPEN] and number != node]
-        return len(others) == 1 and others[0][arb.HEAD] == others[0][arb.TAIL]
+        """Return whether a single other port is open, and has sent all it was given.
+
+        The node has heard of all of it.
+        """
+        ports = self.ports.tolist()
+        others = [port for number, port in enumerate(ports) if port[arb.OPEN] and number != node]
+        all_sent = len(others) == 1 and others[0][arb.HEAD] == others[0][arb.TAIL]
+        return all_sent and not ports[node][arb.WAITING]
 
     def _slots(self, port: int, first: int) -> NDArray[np.int64]:
         return np.arange(first, int(self.ports[port, arb.TAIL])) & (self.queue.shape[1] - 1)
