@@ -45,10 +45,11 @@ def remember(check: str, inputs: object) -> None:
 
 
 def _keys(check: str) -> list[str]:
+    keys: list[str] = []
     for folder in folders():
         with contextlib.suppress(OSError, UnicodeError):
-            return (folder / check).read_text().split()
-    return []
+            keys += (folder / check).read_text().split()
+    return keys
 
 
 def _key(inputs: object) -> str:

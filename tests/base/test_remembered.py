@@ -63,6 +63,15 @@ def test_the_latest_are_remembered():
     assert [is_remembered("fits", number) for number in (0, 1, KEPT)] == [False, True, True]
 
 
+def test_what_somebody_else_remembers_beside_the_package_hides_nothing(places, monkeypatch):
+    remember("fits", 1)
+    with monkeypatch.context() as patch:
+        patch.setattr(remembered, "folders", lambda: [places["second"]])
+        remember("fits", 2)
+    assert is_remembered("fits", 1)
+    assert is_remembered("fits", 2)
+
+
 def test_a_folder_that_takes_no_file_is_passed_over(places):
     places["first"].write_text("a file")
     remember("fits", 1)
