@@ -91,8 +91,8 @@ def current_rate(x: Vector, voltage: float, p: Vector) -> float:
 def _current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector) -> tuple[float, float]:
     """Return the current in A `later` s after a state, and its derivative.
 
-    The derivative is that by the state's current. The winding's equation is solved exactly under a constant voltage and the mean velocity of a motion that gains so
-    much, rad/s^2.
+    The derivative is that by the state's current. The winding's equation is solved exactly under a constant voltage and
+    the mean velocity of a motion that gains so much, rad/s^2.
     """
     share = math.exp(-p[RESISTANCE] * later / p[INDUCTANCE])
     omega = x[OMEGA] + 0.5 * later * gains
