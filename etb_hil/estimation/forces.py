@@ -41,8 +41,10 @@ BRAKING, LEVEL, LOST, AT_CURRENT, AT_MOTOR, AT_PLATE = range(6)
 ADDED = 6
 MEMORY = SLOW + max((one.sensor.size for one in OWN if one.sensor and one.acts_at(Port.PLATE_READING)), default=0)
 INDEX = {effect.id: k for k, effect in enumerate(OWN)}
+# Whether each effect acts on a reading.
+READS = np.array([effect.acts_at(*READINGS, Port.PLATE_LEAD) for effect in OWN], np.bool_)
 
-_ASKS = "theta, omega, current, rate, command, bristle, temperature, remembered, p, out"
+_ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
 _MOTION = "begin, end, dt, voltage, temperature, states, ahead, remembered, p, room, out"
 _FINE = {
@@ -158,7 +160,7 @@ def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> com
         lines += [
             "    v = voltage[max(k - 1, 0)]",
             "    rate = (v - x[5] - p[R] * x[4] - p[KE] * x[1]) / p[L]",
-            "    f(x[0], x[1], x[4], rate, v, x[2], t, remembered, p, room)",
+            "    f(x[0], x[1], x[4], v, x[2], t, remembered, p, room)",
             "    delay, lag = late((0.0, 0.0), p)",
             "    o[3] = room[3] - (delay + lag) * rate; o[4] = room[4]; o[5] = room[5]",
         ]
@@ -166,8 +168,7 @@ def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> com
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
     lines += [
         "    omega, current, v = 0.5 * (x[1] + y[1]), 0.5 * (x[4] + y[4]), voltage[k]",
-        "    rate = (v - 0.5 * (x[5] + y[5]) - p[R] * current - p[KE] * omega) / p[L]",
-        "    f(0.5 * (x[0] + y[0]), omega, current, rate, v, 0.5 * (x[2] + y[2]), t, remembered, p, room)",
+        "    f(0.5 * (x[0] + y[0]), omega, current, v, 0.5 * (x[2] + y[2]), t, remembered, p, room)",
         "    o[0] = room[0]; o[1] = room[1]; o[2] = room[2]",
     ]
     if effect.states or effect.sensor:

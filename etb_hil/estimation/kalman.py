@@ -101,54 +101,64 @@ def _current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector
 
 
 @njit(cache=True, error_model="numpy")
-def acting_on(
-    x: Vector,
-    voltage: float,
-    temperature: float,
-    active: Int64,
-    memory: Vector,
-    p: Vector,
-    acting: Vector,
-    out: Float64,
+def read_with(
+    x: Vector, voltage: float, temperature: float, active: Int64, memory: Vector, p: Vector, out: Float64
 ) -> None:
-    """Fill in what active effects add at a state, with its derivatives.
+    """Fill in what active effects add to the readings of a state.
 
-    Derivatives are by angle and by velocity.
-
-    `acting` (`ACTING`); `out` (4, `forces.ADDED`): what they add, the differences of that by the angle and by the
-    current, and room.
+    `out` (4, `forces.ADDED`): what they add, its differences by the angle and by the current, and room.
     """
-    acting[:], out[:3] = 0.0, 0.0
-    if len(active) == 0:
-        return
-    rate, d = current_rate(x, voltage, p), out[3]
+    out[:3], d = 0.0, out[3]
     theta, omega, current, bristle = x[THETA], x[OMEGA], x[CURRENT], x[BRISTLE]
     for one in active:
-        forces.add(one, theta, omega, current, rate, voltage, bristle, temperature, memory, p, d)
-        out[0] += d
-        out[1] -= d
-        out[2] -= d
+        if forces.READS[one]:
+            forces.add(one, theta, omega, current, voltage, bristle, temperature, memory, p, d)
+            out[0] += d
+            out[1] -= d
+            out[2] -= d
+            forces.add(one, theta + _STEP, omega, current, voltage, bristle, temperature, memory, p, d)
+            out[1] += d
+            forces.add(one, theta, omega, current + _STEP, voltage, bristle, temperature, memory, p, d)
+            out[2] += d
+
+
+@njit(cache=True, error_model="numpy")
+def acting_on(
+    x: Vector, voltage: float, temperature: float, active: Int64, memory: Vector, p: Vector, acting: Vector, d: Vector,
+    has_velocity: bool,
+) -> None:  # fmt: skip
+    """Fill in what active effects add to the equations at a state.
+
+    Its derivative by the angle follows too, and with `has_velocity` that by the velocity. `acting` (`ACTING`), `d`
+    (`forces.ADDED`): room.
+    """
+    acting[BRAKING] = acting[LEVEL] = acting[LOST] = acting[BY_ANGLE] = 0.0
+    if has_velocity:
+        acting[BY_VELOCITY] = 0.0
+    theta, omega, current, bristle = x[THETA], x[OMEGA], x[CURRENT], x[BRISTLE]
+    for one in active:
+        forces.add(one, theta, omega, current, voltage, bristle, temperature, memory, p, d)
         braking = d[forces.BRAKING]
-        forces.add(one, theta + _STEP, omega, current, rate, voltage, bristle, temperature, memory, p, d)
-        out[1] += d
-        forces.add(one, theta, omega, current + _STEP, rate, voltage, bristle, temperature, memory, p, d)
-        out[2] += d
-        forces.add(one, theta, omega + _STEP, current, rate, voltage, bristle, temperature, memory, p, d)
-        acting[BY_VELOCITY] += (d[forces.BRAKING] - braking) / _STEP
-    acting[BRAKING], acting[LOST] = out[0, forces.BRAKING], out[0, forces.LOST]
-    acting[LEVEL] = max(out[0, forces.LEVEL], -0.95)
-    acting[BY_ANGLE] = out[1, forces.BRAKING] / _STEP
+        acting[BRAKING] += braking
+        acting[LEVEL] += d[forces.LEVEL]
+        acting[LOST] += d[forces.LOST]
+        forces.add(one, theta + _STEP, omega, current, voltage, bristle, temperature, memory, p, d)
+        acting[BY_ANGLE] += (d[forces.BRAKING] - braking) / _STEP
+        if has_velocity:
+            forces.add(one, theta, omega + _STEP, current, voltage, bristle, temperature, memory, p, d)
+            acting[BY_VELOCITY] += (d[forces.BRAKING] - braking) / _STEP
+    acting[LEVEL] = max(acting[LEVEL], -0.95)
 
 
 @njit(cache=True, error_model="numpy")
 def predict(
     x: Vector, p: Vector, voltage: float, temperature: float, dt: float, active: Int64, memory: Vector, acting: Vector,
-    added: Float64, rests: float, f: Float64, b: Float64, work: Float64,
+    d: Vector, rests: float, f: Float64, b: Float64, work: Float64,
 ) -> None:  # fmt: skip
     """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
     The equations are those of `throttle.step`, in steps that are short enough. What active effects add is that in the
-    middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `added`: see
+    middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `d`: see
     `acting_on`; `work` (2, at least `MOVING`).
     """
     parts = int(dt / _LONGEST - 1e-6) + 1
@@ -156,12 +166,13 @@ def predict(
     f[:], b[:] = 0.0, 0.0
     for i in range(SIZE):
         f[i, i] = 1.0
-    for _ in range(parts):
-        theta, ahead = x[THETA], 0.5 * h * x[OMEGA]
-        x[THETA] += ahead
-        acting_on(x, voltage, temperature, active, memory, p, acting, added)
-        x[THETA] = theta
-        acting[BRAKING] -= ahead * acting[BY_ANGLE]
+    for part in range(parts):
+        if len(active) > 0:
+            theta, ahead = x[THETA], 0.5 * h * x[OMEGA]
+            x[THETA] += ahead
+            acting_on(x, voltage, temperature, active, memory, p, acting, d, part == 0)
+            x[THETA] = theta
+            acting[BRAKING] -= ahead * acting[BY_ANGLE]
         step(x, p, voltage, h, acting, rests, f, b, work)
 
 
@@ -309,7 +320,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 for one in active:
                     forces.skip(one, goes, heat[k], warmth, since[k], memory, p)
             lost = 0
-        acting_on(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, memory, p, acting, added)
+        read_with(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, memory, p, added)
         is_lost = False
         for m in range(READINGS):
             at = CURRENT if m == 0 else THETA
@@ -389,7 +400,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if len(covariances) > 0:
             covariances[k] = cov
         before = x[THETA]
-        predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added, s[RESTS], f, b, work)
+        predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         for j in range(len(active)):
