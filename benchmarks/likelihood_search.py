@@ -16,7 +16,7 @@ from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
 from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit
-from etb_hil.hypotheses.constants import EQUIVALENT_SHAPE, GAIN, MATERIAL, NEEDED, PARAMETER
+from etb_hil.hypotheses.constants import EQUIVALENT_PARAMETER, EQUIVALENT_SHAPE, GAIN, MATERIAL, NEEDED, PARAMETER
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
@@ -91,7 +91,7 @@ def searched(whole: Record, model: Model, without: Sequence[str] = ()) -> Found:
     first = before = calibrated(record, model.vector(), base_unknowns(model))
     ids = [id_ for id_ in CATALOGUE if id_ not in without]
     steps: list[Step] = []
-    while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else NOTHING):
+    while len(steps) < MOST_CAUSES and misfit(before) > _immaterial(steps):
         step = stepped(record, before, [id_ for id_ in ids if id_ not in _other_shapes(steps)])
         if step is None:
             break
@@ -101,6 +101,15 @@ def searched(whole: Record, model: Model, without: Sequence[str] = ()) -> Found:
     while causes and not causes[-1].is_material:
         causes.pop()
     return Found(first, tuple(steps), tuple(_needed(record, first, causes)))
+
+
+def _immaterial(steps: Sequence[Step]) -> float:
+    """Return the misfit below which no other cause is looked for: another shape of one that is there may leave it."""
+    if not steps:
+        return NOTHING
+    last = steps[-1]
+    share = EQUIVALENT_PARAMETER if last.best.is_of_numbers else EQUIVALENT_SHAPE
+    return max(MATERIAL, share * last.misfit if last.is_material else 0.0)
 
 
 def _needed(record: Record, first: Fitted, causes: Sequence[Step]) -> list[Step]:
