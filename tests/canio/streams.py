@@ -6,6 +6,7 @@ from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 
 TICK_NS = 50_000
+WRAP = 4096  # ticks, of the sample counter of classic frames
 START_NS = 1_700_000_000_000_000_000
 
 
