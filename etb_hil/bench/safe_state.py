@@ -26,14 +26,16 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool) -> 
     The current is about zero then.
 
     Not `commanding`, only look: the controller's watchdog takes the drive off where nobody commands. A bus that is gone
-    ends it at once: nothing can be commanded or seen then, and again it is the watchdog that switches off. Whatever
-    else fails on the way to seeing it, drive off goes on being commanded.
+    ends it at once: nothing can be commanded or seen then, and again it is the watchdog that switches off. So does a
+    simulated bus on which time stands still. Whatever else fails on the way to seeing it, drive off goes on being
+    commanded.
     """
     patience_s = PATIENCE_S + SAMPLES * tap.current_every_s  # readings are few
     deadline = clock.now_ns() + round(patience_s * 1e9)
     watch = _QuietWatch(tap.reports_enable, tap.current_zero)
     failure: Exception | None = None
-    while clock.now_ns() < deadline:
+    sent_ns = clock.now_ns() - 1
+    while sent_ns < clock.now_ns() < deadline:  # a simulated bus that fails lets no time pass
         sent_ns = clock.now_ns()
         try:
             if commanding:
