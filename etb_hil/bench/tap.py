@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from etb_hil.base.clock import Clock
-from etb_hil.base.errors import BenchFault, InputError, RecordingFault
+from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.base.rewinding import Marks, rewind
 from etb_hil.bench.interlock import ROLE as INTERLOCK
 from etb_hil.bench.supervision import STATUS_ROLES
@@ -110,7 +110,7 @@ class Tap:
     def ahead(self, set_points: Sequence[SetPoint], sent_ns: Int64, until_ns: int) -> Ahead | None:
         """Send set-points (n) at their times, and live until a time after all of them.
 
-        None where one of them cannot be sent: nothing has happened then.
+        None where one of them cannot be sent, or something fails: nothing has happened then.
         """
         link = self._virtual
         if link is None:
@@ -121,15 +121,11 @@ class Tap:
             columns = {role: np.array([each[role] for each in values]) for role in values[0] if role in self._carried}
             commands = self._encoder.encode(columns, sent_ns)
             link.ahead(commands, until_ns, marks[0][1])
-        except (BenchFault, InputError):  # the beat that it belongs to meets it again
+            frames = link.receive()
+            return Ahead(frames, self._analysis.push(frames), marks)
+        except Exception:  # noqa: BLE001 (whatever fails, the beat that it belongs to meets it again)
             rewind(marks)
             return None
-        frames = link.receive()
-        try:
-            return Ahead(frames, self._analysis.push(frames), marks)
-        except Exception:
-            self.keep(frames)
-            raise
 
     def request(self, measure: Measure) -> None:
         """Ask the controller for samples until told otherwise."""

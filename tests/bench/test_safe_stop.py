@@ -70,12 +70,10 @@ def test_a_bus_that_goes_away_is_a_bench_fault(broken_run):
 
 
 def test_an_exception_in_a_room_still_ends_in_the_safe_state(tmp_path, monkeypatch):
-    pushes = []
     push = Analysis.push
 
     def failing(self, frames):
-        pushes.append(frames)
-        if len(pushes) == 100:
+        if len(frames) and frames.stamp_ns[0] <= 1_005_000_000 <= frames.stamp_ns[-1]:  # amid a beat
             raise ZeroDivisionError("a bug")
         return push(self, frames)
 
