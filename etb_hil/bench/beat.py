@@ -143,10 +143,12 @@ class Beat:
         """Live as many beats at once as there are set-points, if there is `room`.
 
         Return whether nothing exceptional happened: all is as after a call for each set-point then. Otherwise nothing
-        has happened at all, and each needs a call.
+        has happened at all, and each needs a call. So does the one that switches the bridge: statuses answer it.
         """
         self._heed_signals()
         moves = set_points[0].enable
+        if moves is not self.commanded.enable:
+            return False
         times_ns = self.next_ns + self.tick_ns * np.arange(len(set_points) + 1)
         is_allowed = all(one.enable is moves and self.supervisor.allows(one) is None for one in set_points)
         came = self._tap.ahead(set_points, times_ns[:-1], int(times_ns[-1])) if is_allowed else None

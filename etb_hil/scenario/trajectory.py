@@ -46,7 +46,10 @@ class Trajectory(Protocol):
         ...
 
     def at(self, t: float) -> SetPoint:
-        """Return the set-point t seconds after the start."""
+        """Return the set-point t seconds after the start.
+
+        The set-point depends on t alone: a simulated bench asks for several ahead, and may ask again.
+        """
         ...
 
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from faults_study import job_of
 
+from etb_hil.base.outcome import SafeState
 from etb_hil.bench import job as job_room
+from etb_hil.bench.beat import Beat
 from etb_hil.bench.job import execute
 from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
@@ -49,6 +51,7 @@ TRIPS = {
     "current_limit": {"current": 2.0},
     "duration_limit": {"duration": 1.234},
 }
+FAILS_NS = 1_304_000_000
 
 
 @pytest.fixture
@@ -64,12 +67,12 @@ def run(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Analysis, "push", counted)
 
-    def once(limits, bench, *, ahead):
+    def once(limits, bench, *, ahead, controller=VirtualController):
         def connect(job, seed):
             bus = job.setup.bench.bus
             network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
             tell = None if ahead else [].append
-            node = VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model, on_switch=tell)
+            node = controller(job.unit, job.setup.dialect, seed, nominal=job.model, on_switch=tell)
             network.attach(node, node.sends)
             return VirtualLink(network), network.clock
 
@@ -121,3 +124,40 @@ def test_so_is_one_whose_commands_have_to_wait_for_the_bus(run):
     finished, pushes, pushes_single = pair(run, {}, "virtual_fd")  # bursts are under way when a command is due
     assert finished.record.reason_id == ""
     assert pushes < 0.6 * pushes_single
+
+
+class Failing(VirtualController):
+    """A controller that fails from an instant on."""
+
+    def run(self, until_ns, inbox=None):
+        if until_ns > FAILS_NS:
+            raise ZeroDivisionError("a law")
+        return super().run(until_ns, inbox)
+
+
+def test_so_is_one_whose_controller_fails(run, tmp_path):
+    """No time passes on such a bus, so that drive off cannot be seen."""
+    found = []
+    for ahead in (True, False):
+        with pytest.raises(ZeroDivisionError):
+            run({}, "virtual_classic", ahead=ahead, controller=Failing)
+        (events,) = tmp_path.glob(f"{ahead}-*/*/events.jsonl")
+        found.append([json.loads(line) for line in events.read_text().splitlines()])
+    assert found[0] == found[1]
+    assert found[0][-1]["state"] == SafeState.NOT_VERIFIED
+
+
+def test_a_switch_of_the_bridge_is_a_beat_of_its_own(run, monkeypatch):
+    """The order in which commands and statuses of several beats are judged is that of the DBC file."""
+    lived = set()
+    ahead = Beat.ahead
+
+    def noted(beat, points):
+        switch = beat.commanded.enable, points[0].enable
+        if is_lived := ahead(beat, points):
+            lived.add(switch)
+        return is_lived
+
+    monkeypatch.setattr(Beat, "ahead", noted)
+    run({}, "virtual_classic", ahead=True)
+    assert lived == {(False, False), (True, True)}
