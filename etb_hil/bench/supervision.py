@@ -256,14 +256,12 @@ class Supervisor(Rewindable):
         if "enable" in columns:
             self.enabled = bool(columns["enable"][-1])
         if "temperature" in columns:
-            self.temperature = float(columns["temperature"][-1])
-            if self._newest_temperature_ns is not None and not math.isnan(self.temperature):
-                self._newest_temperature_ns = int(block.stamp_ns[-1])
-            if self.temperature > self._limits.temperature:
-                return Trip(
-                    "temperature_limit",
-                    f"housing at {self.temperature:.0f} degC, above the limit of {self._limits.temperature:g} degC",
-                )
+            values, limit = columns["temperature"], self._limits.temperature
+            self.temperature = float(values[-1])
+            if self._newest_temperature_ns is not None and (newest := _newest_good(values)) >= 0:
+                self._newest_temperature_ns = int(block.stamp_ns[newest])
+            if (peak := _extremes(values)[1]) > limit:
+                return Trip("temperature_limit", f"housing at {peak:.0f} degC, above the limit of {limit:g} degC")
         return None
 
     def _look_at_faults(self, values: Float64) -> int:

@@ -58,7 +58,7 @@ def test_what_is_inside_all_limits_moves_on(supervisor):
         ({"throttle_angle": [0.5, 1.6, 0.5]}, "angle_limit"),
         ({"throttle_angle": [-0.1]}, "angle_limit"),
         ({"motor_angle": [GEAR * 0.4]}, "velocity_limit"),
-        ({"temperature": [111.0]}, "temperature_limit"),
+        ({"temperature": [109.0, 111.0, 109.0]}, "temperature_limit"),
         ({"faults": [1.0]}, "controller_fault"),
         ({"faults": [8.0]}, "controller_overcurrent"),
         ({"motor_voltage": [0.0, -16.5]}, "voltage_limit"),
