@@ -28,7 +28,8 @@ def is_remembered(check: str, inputs: object) -> bool:
 
     They may have done so in another process.
     """
-    return _key(inputs) in _keys(check)
+    key = _key(inputs)
+    return key is not None and any(key in _keys(folder / check) for folder in folders())
 
 
 def remember(check: str, inputs: object) -> None:
@@ -36,24 +37,32 @@ def remember(check: str, inputs: object) -> None:
 
     The file goes into the first folder that takes it.
     """
-    keys = [*_keys(check), _key(inputs)][-KEPT:]
+    key = _key(inputs)
+    if key is None:
+        return
     for folder in folders():
         with contextlib.suppress(OSError, InputError):  # read-only, or full
             folder.mkdir(parents=True, exist_ok=True)
-            write_text(folder / check, "\n".join(keys))
+            write_text(folder / check, "\n".join([*_keys(folder / check), key][-KEPT:]))
             return
 
 
-def _keys(check: str) -> list[str]:
-    keys: list[str] = []
-    for folder in folders():
-        with contextlib.suppress(OSError, UnicodeError):
-            keys += (folder / check).read_text().split()
-    return keys
+def _keys(file: Path) -> list[str]:
+    try:
+        return file.read_text().split()
+    except (OSError, UnicodeError):
+        return []
 
 
-def _key(inputs: object) -> str:
-    files = sorted(file for folder in own_folders() for file in _files(folder))
+def _key(inputs: object) -> str | None:
+    """Return a hash of inputs and package.
+
+    None where a folder of the package cannot be read.
+    """
+    try:
+        files = sorted(file for folder in own_folders() for file in _files(folder))
+    except OSError:
+        return None
     found = (sys.version, np.__version__, numba.__version__, files, inputs)
     return hashlib.sha256(repr(found).encode()).hexdigest()
 

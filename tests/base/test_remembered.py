@@ -80,3 +80,19 @@ def test_a_folder_that_takes_no_file_is_passed_over(places):
     assert not is_remembered("fits", 1)
     remember("fits", 1)
     assert is_remembered("fits", 1)
+
+
+def test_a_full_folder_of_somebody_else_hides_nothing_either(places, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(remembered, "folders", lambda: [places["second"]])
+        for number in range(KEPT):
+            remember("fits", number)
+    remember("fits", "one")
+    remember("fits", "two")
+    assert [is_remembered("fits", one) for one in (0, "one", "two")] == [True, True, True]
+
+
+def test_nothing_is_remembered_of_a_package_that_cannot_be_read(places):
+    places["package"].rename(places["package"].with_name("gone"))
+    remember("fits", 1)
+    assert not is_remembered("fits", 1)
