@@ -179,7 +179,7 @@ def test_an_outage_longer_than_the_counters_is_bridged_by_the_stamps(classic, pa
 @given(st.integers(0, 1 << 18), st.integers(5, 150), st.integers(0, 450), st.booleans(), st.booleans())
 def test_late_stamps_do_not_move_the_samples(classic, start, row, stall_ms, encoder_first, asked):
     # A host that stalls stamps a whole queue of frames at once, when it wakes. After a request, a stall of whole wraps
-    # of the sample counter cannot be told from a pause of the controller.
+    # of the sample counter looks like a pause of the controller.
     late = 20 * stall_ms % streams.WRAP
     assume(not asked or stall_ms < 100 or 10 < late < streams.WRAP - 10)
     ticks = np.arange(1000) * 20 + start
