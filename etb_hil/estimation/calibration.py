@@ -163,17 +163,18 @@ def climbed(
     return best
 
 
-def settled(record: Record, fit: Fitted, steps: int = _STEPS, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
+def settled(record: Record, fit: Fitted, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
     """Return a fit with its own disturbances and noise.
 
-    Their variances and the unknowns are fitted in turn as long as the posterior grows; `aim` as in `climbed`.
+    Their variances and the unknowns are fitted in turn as long as the posterior grows, `rounds` times at most; `aim` as
+    in `climbed`.
     """
     for _ in range(rounds):
         least = max(_SETTLED, _NEARER * (aim - fit.posterior))
         disturbance, gains = _with_variances(record, fit)
         if gains < least:
             return fit
-        found = climbed(record, fit.parameters, fit.unknowns, disturbance, steps, aim=aim)
+        found = climbed(record, fit.parameters, fit.unknowns, disturbance, aim=aim)
         if found.posterior < fit.posterior + least:
             return max(fit, found, key=lambda one: one.posterior)
         fit = found
