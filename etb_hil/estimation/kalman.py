@@ -158,8 +158,8 @@ def predict(
     """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
     The equations are those of `throttle.step`, in steps that are short enough. What active effects add is that in the
-    middle of each step's way: a wave over the motor's turn goes through radians in a sample, and bristles bend. So what
-    they remember goes on with each step. `acting`, `d`: see `acting_on`; `work` (2, at least `MOVING`).
+    middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `d`: see
+    `acting_on`; `work` (2, at least `MOVING`).
     """
     parts = int(dt / _LONGEST - 1e-6) + 1
     h = dt / parts
@@ -167,16 +167,13 @@ def predict(
     for i in range(SIZE):
         f[i, i] = 1.0
     for part in range(parts):
-        theta = x[THETA]
         if len(active) > 0:
-            ahead = 0.5 * h * x[OMEGA]
+            theta, ahead = x[THETA], 0.5 * h * x[OMEGA]
             x[THETA] += ahead
             acting_on(x, voltage, temperature, active, memory, p, acting, d, part == 0)
             x[THETA] = theta
             acting[BRAKING] -= ahead * acting[BY_ANGLE]
         step(x, p, voltage, h, acting, rests, f, b, work)
-        for one in active:
-            forces.pass_time(one, x[OMEGA], x[THETA] - theta, x[CURRENT], voltage, temperature, h, memory, p)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -402,9 +399,14 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             states[k, i] = x[i]
         if len(covariances) > 0:
             covariances[k] = cov
+        before = x[THETA]
         predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
+        for j in range(len(active)):
+            forces.pass_time(
+                active[j], x[OMEGA], x[THETA] - before, x[CURRENT], voltage[k], temperature[k], h, memory, p
+            )
         _spread(cov, f, b, x, p, h, unsure[k], s, work[:STATES])
         if len(spreads) > 0:
             spreads[k] = cov
