@@ -14,8 +14,8 @@ import numpy as np
 from etb_hil.estimation.calibration import Fitted, calibrated, climbed, settled
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import base_unknowns
-from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
-from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit
+from etb_hil.hypotheses.candidates import candidates
+from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit, unknowns_with
 from etb_hil.hypotheses.constants import EQUIVALENT_PARAMETER, EQUIVALENT_SHAPE, GAIN, MATERIAL, NEEDED, PARAMETER
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -89,10 +89,10 @@ def searched(whole: Record, model: Model, without: Sequence[str] = ()) -> Found:
     """Return what a record needs beside a model; `without`: ids that are not tried."""
     record = whole.thinned(SEARCHED, PARTS)
     first = before = calibrated(record, model.vector(), base_unknowns(model))
-    ids = [id_ for id_ in CATALOGUE if id_ not in without]
     steps: list[Step] = []
     while len(steps) < MOST_CAUSES and misfit(before) > _immaterial(steps):
-        step = stepped(record, before, [id_ for id_ in ids if id_ not in _other_shapes(steps)])
+        out = {*without, *_other_shapes(steps)}
+        step = stepped(record, before, [id_ for id_ in CATALOGUE if id_ not in out])
         if step is None:
             break
         steps.append(step)
@@ -123,12 +123,9 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step]) -> list[Step]
         anew: list[Step] = []
         for step in later:
             one = fitted(record, fit, step.best.ids, _with(fit, step.best))
-            others = (
-                tuple(other for other in found[k].hypotheses if other.ids != one.ids)
-                if not anew
-                else step.hypotheses[1:]
-            )
-            anew.append(Step(fit, misfit(fit), (one, *(o for o in others if o.ids != one.ids)), is_material=True))
+            compared = step if anew else found[k]  # beside fewer causes
+            competing = [other for other in compared.hypotheses if other.ids != one.ids]
+            anew.append(Step(fit, misfit(fit), (one, *competing), is_material=True))
             fit = one.fit
         if misfit(found[-1].best.fit) > NEEDED * misfit(fit):
             found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
@@ -176,9 +173,6 @@ def stepped(record: Record, before: Fitted, ids: Iterable[str]) -> Step | None:
 
 def _begun(record: Record, before: Fitted, start: Start) -> tuple[tuple[str, ...], Fitted]:
     """Return a hypothesis with the first steps of its fit."""
-    if start.ids[0] in CATALOGUE:
-        unknowns = [*before.unknowns, *unknowns_of(CATALOGUE[start.ids[0]], start.parameters)]
-    else:
-        unknowns = freed(before.unknowns, [name.removeprefix(PARAMETER) for name in start.ids])
+    unknowns = unknowns_with(before, start.ids, start.parameters)
     fit = climbed(record, start.parameters, unknowns, before.disturbance)
     return start.ids, settled(record, fit, rounds=1)

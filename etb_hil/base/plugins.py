@@ -166,7 +166,7 @@ def files() -> tuple[Path, ...]:
     return tuple(Path(one).absolute() for one in os.environ.get(FILES, "").split(os.pathsep) if one)
 
 
-def are_there() -> bool:
+def has_plugins() -> bool:
     """Return whether this process has any plug-in, without loading one."""
     return bool(files() or _temporary or any(map(_entry_points, KINDS)))
 

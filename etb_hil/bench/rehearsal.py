@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.base.plugins import are_there, when_changed
+from etb_hil.base.plugins import has_plugins, when_changed
 from etb_hil.base.remembered import is_remembered, remember
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
@@ -106,7 +106,7 @@ def rehearse_once(scenario: Document[Scenario], bench: Bench, model: Model, limi
     asked = (scenario.content, bench, model, limits)
     if asked in _passed:
         return
-    lasts = bench.bus.interface == VIRTUAL and not are_there()  # nobody knows what else a plug-in's code depends on
+    lasts = bench.bus.interface == VIRTUAL and not has_plugins()  # nobody knows what else a plug-in's code depends on
     if not (lasts and is_remembered(DRY_RUN, asked)):
         rehearse(scenario, bench, model, limits)
         if lasts:

@@ -1,7 +1,7 @@
 """The return margin at each place: what the spring has over friction there.
 
-The margin of the fitted curve is that at limp-home, where the springs are weakest. The curve does not
-contain a local bump, and the plate has to pass it too.
+The margin of the fitted curve is that at limp-home, where the springs are weakest. The curve does not contain a
+local bump, and the plate has to pass it too.
 """
 
 from __future__ import annotations

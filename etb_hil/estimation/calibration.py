@@ -37,7 +37,7 @@ _STOPS_TRIED = 6
 # Standard deviation of the logarithm of a variance of noise: a data sheet is off by a factor of two in amplitude.
 _NOISE = 2.0 * math.log(2.0)
 _NOISE_STEP = 2.0  # factor between variances of noise that are tried
-_ROUNDS = 20  # of variances and unknowns in turn, at most
+_ROUNDS = 20  # of variances and unknowns in turn, at most: 11 fits of a friction check took 30
 _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
 _FARTHEST = 3.0  # standard deviations that an unknown moves at a time
 _DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step which is not worth its pass

@@ -154,12 +154,16 @@ def fitted(
     The fit begins from the given parameters.
     `aim` is the posterior of the likeliest one so far: what is far behind it is not fitted to the last nat.
     """
-    if ids[0] in CATALOGUE:
-        unknowns: list[Unknown] = [*before.unknowns, *unknowns_of(CATALOGUE[ids[0]], parameters)]
-    else:
-        unknowns = freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])
+    unknowns = unknowns_with(before, ids, parameters)
     fit = settled(record, climbed(record, parameters, unknowns, before.disturbance, aim=aim), aim=aim)
     return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
+
+
+def unknowns_with(before: Fitted, ids: tuple[str, ...], parameters: Float64) -> list[Unknown]:
+    """Return what is fitted of a hypothesis beside the unknowns of a fit."""
+    if ids[0] in CATALOGUE:
+        return [*before.unknowns, *unknowns_of(CATALOGUE[ids[0]], parameters)]
+    return freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])
 
 
 def _needed_torque(fit: Fitted) -> float:
