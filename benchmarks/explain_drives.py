@@ -4,7 +4,7 @@
 
 Each of COUNT drawn axes, linear and rotary in turn, is measured as each of CASES: in order, with its force read too
 large or too small, with a wrong mass or friction, with friction that differs by direction, with a wave once a turn.
-Printed is what the answers are worth, as balances leave them and after the likelihood.
+Printed is what the answers are worth.
 """
 
 import sys
@@ -21,7 +21,6 @@ from generator.axis import COULOMB, MASS, STICTION, draw_axis
 from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
-from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.recording.recording import ClockGrade, Recording
@@ -65,14 +64,9 @@ def outcome(findings, truths):
 
 def main(first, count):
     for case, (options, truths) in CASES.items():
-        before, after = Counter(), Counter()
-        for k in range(count):
-            findings = searched(draw_axis(first + k, ("linear", "rotary")[k % 2], **options))
-            before[outcome(findings, truths)] += 1
-            weigh(findings)
-            after[outcome(findings, truths)] += 1
-        said = (", ".join(f"{what} {n}" for what, n in one.most_common()) for one in (before, after))
-        print(f"{case:44}", " -> ".join(said), flush=True)
+        axes = (draw_axis(first + k, ("linear", "rotary")[k % 2], **options) for k in range(count))
+        found = Counter(outcome(searched(axis), truths) for axis in axes)
+        print(f"{case:44}", ", ".join(f"{what} {n}" for what, n in found.most_common()), flush=True)
 
 
 if __name__ == "__main__":

@@ -42,7 +42,6 @@ from etb_hil.discrepancy.answer.holdout import hold_out
 from etb_hil.discrepancy.answer.insufficient_data import too_little_to_reject
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
-from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.results.explanation import ExplanationResult
@@ -110,12 +109,11 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     hidden = hidden_case(seed, effects, level, pair=kind == "pair", view=view, rate=rate, form=form)
     begin = time.process_time()
     findings = searched(hidden, effects if kind == "removed" else ())
-    weigh(findings)
     seconds = time.process_time() - begin
     nothing = too_little_to_reject(findings, measurements_of(hidden.recording, hidden.model))
     verdict = "insufficient_data" if nothing else findings.verdict
     found = explanation_as_dict(ExplanationResult(verdict, causes(findings)))
-    if not found["causes"]:  # the best candidate, for the rate of right first guesses
+    if not found["causes"] and findings.selection_steps:  # the best candidate, for the rate of right first guesses
         first = findings.selection_steps[0]
         found["causes"] = [{"id": first.winner.id, "not_isolable_from": first.ambiguity_group}]
     truth = hidden.truth()

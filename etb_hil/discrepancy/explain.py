@@ -28,7 +28,6 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
 from etb_hil.discrepancy.measured.segments import DRIVES, drive_roles, is_measured_on_drive, measurements_of
 from etb_hil.discrepancy.measured.winding import must_be_of_winding
-from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan
@@ -111,9 +110,7 @@ def explain(
             return _insufficient(why, balances, model, confounding, said)
     except KeyboardInterrupt as interrupt:
         return _before_the_search(said, model, balances, confounding, interrupt)
-    told = None if said.is_interrupted else said.unless_interrupted("weighing by the likelihood", weigh, findings)
-    by_others = _distinguished_by_others(findings, others if is_same_unit else (), without, said)
-    distinguished = (*(told or ()), *by_others)
+    distinguished = _distinguished_by_others(findings, others if is_same_unit else (), without, said)
     holdout = None if said.is_interrupted else _held_out(findings, said)
     answer = _put_together(findings, holdout, said)
     if plans and answer.next_test and not said.is_interrupted:

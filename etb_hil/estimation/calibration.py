@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from etb_hil.estimation.filtering import Disturbance, Filtered, Noise, Normal, filtered, sensitivities
+from etb_hil.estimation.kalman import JITTER
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.plant.physics import COULOMB, STICTION, STOP_HIGH, STOP_LOW
@@ -37,8 +38,13 @@ _STOPS_TRIED = 6
 # Standard deviation of the logarithm of a variance of noise: a data sheet is off by a factor of two in amplitude.
 _NOISE = 2.0 * math.log(2.0)
 _NOISE_STEP = 2.0  # factor between variances of noise that are tried
+_OF_DISTURBANCES = (0, 1)  # places of their variances before those of the noise
 _ROUNDS = 20  # of variances and unknowns in turn, at most: 11 fits of a friction check took 30
 _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
+# Newton steps to the largest posterior of a linear model: weight of a distance beyond a bound, in the prior's standard
+# deviations; steps at most (each crosses a wall or is the last); gain in nats that ends them; Armijo's share of the
+# slope; and the shortest part of a step that is tried.
+_HARD, _NEWTON, _FLAT, _ARMIJO, _SHORTEST = 1e4, 50, 1e-3, 0.1, 1e-6
 _FARTHEST = 3.0  # standard deviations that an unknown moves at a time
 _DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step which is not worth its pass
 
@@ -119,6 +125,61 @@ def log_prior(parameters: Float64, unknowns: Sequence[Unknown]) -> float:
     return -0.5 * float(np.sum((away / _scale(unknowns)) ** 2) + np.sum(over(parameters, unknowns) ** 2))
 
 
+def best_step(
+    parameters: Float64,
+    unknowns: Sequence[Unknown],
+    matrix: Float64,
+    gradient: Float64,
+    damping: float = 0.0,
+    farthest: float = _FARTHEST,
+) -> tuple[Float64, float]:
+    """Return the step (c) to the largest posterior of a linear model, and its gain.
+
+    `matrix` (c, c) and `gradient` (c): of the likelihood. The step is in units of the prior's standard deviations. The
+    likelihood is a parabola, but walls and bounds are taken as they are: a parabola of the prior would know of a wall
+    only beyond it. The function is convex and made of parabolas, so that Newton steps with a line search find its
+    maximum.
+    """
+    scale = _scale(unknowns)
+    mean, reach, low, high = (
+        np.array([getattr(one, name) for one in unknowns]) / scale for name in ("mean", "reach", "low", "high")
+    )
+    at = np.array([parameters[one.place] for one in unknowns]) / scale - mean
+    curved = matrix * np.outer(scale, scale)
+    curved += damping * np.diag(np.diag(curved) + 1.0)
+    slope = -gradient * scale
+    wall = np.where(np.isfinite(reach), 1.0 / (_WALL * np.where(np.isfinite(reach), reach, 1.0)), 0.0)
+    hard = np.full(len(at), _HARD)
+    limits = [(-reach, reach, wall), (low - mean, high - mean, hard), (at - farthest, at + farthest, hard)]
+
+    def cost(step: Float64) -> float:
+        x = at + step
+        found = -slope @ step + 0.5 * step @ curved @ step + 0.5 * x @ x
+        for least, most, weight in limits:
+            beyond = np.maximum(least - x, 0.0) + np.maximum(x - most, 0.0)
+            found += 0.5 * float(np.sum((weight * beyond) ** 2))
+        return float(found)
+
+    step = np.zeros(len(at))
+    first = now = cost(step)
+    for _ in range(_NEWTON):
+        x = at + step
+        pull, bends = -x, np.ones(len(x))
+        for least, most, weight in limits:
+            beyond = np.minimum(x - least, 0.0) + np.maximum(x - most, 0.0)
+            pull -= weight**2 * beyond
+            bends += np.where(beyond != 0.0, weight**2, 0.0)
+        push = slope - curved @ step + pull
+        way = np.linalg.solve(curved + np.diag(bends), push)
+        rises, by = float(push @ way), 1.0
+        if rises < _FLAT:
+            break
+        while (then := cost(step + by * way)) > now - _ARMIJO * by * rises and by > _SHORTEST:
+            by *= 0.5
+        step, now = step + by * way, then
+    return step, first - now
+
+
 def climbed(
     record: Record,
     parameters: Float64,
@@ -132,22 +193,19 @@ def climbed(
 
     `aim` is a posterior that is known to be reached by others: a fit far below it ends at steps that come no nearer.
     """
-    columns, scale = [one.column() for one in unknowns], _scale(unknowns)
+    columns = [one.column() for one in unknowns]
     at = filtered(record, parameters, disturbance, is_kept=True)
     normal = sensitivities(record, at, columns)
     best = Fitted(parameters, tuple(unknowns), disturbance, _posterior(at, parameters, unknowns), at, normal)
     damping = _DAMPED[0]
     for _ in range(steps):
         least = max(settled, _NEARER * (aim - best.posterior))
-        slope, bends = prior_slope(best.parameters, unknowns)
-        slope = slope - best.normal.gradient * scale
-        curved = best.normal.matrix * np.outer(scale, scale) + np.diag(bends)
         before = best.posterior
         while damping <= _DAMPED[2]:
-            step = np.linalg.solve(curved + damping * np.diag(np.diag(curved)), slope)
-            if slope @ step < least:  # twice what a parabola gains
+            step, gain = best_step(best.parameters, unknowns, best.normal.matrix, best.normal.gradient, damping)
+            if 2.0 * gain < least:
                 return best
-            moved = _moved(best.parameters, unknowns, np.clip(step, -_FARTHEST, _FARTHEST))
+            moved = _moved(best.parameters, unknowns, step)
             at = filtered(record, moved, disturbance, is_kept=True)
             found = _posterior(at, moved, unknowns)
             if found > before:
@@ -164,21 +222,57 @@ def climbed(
 
 
 def settled(record: Record, fit: Fitted, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
-    """Return a fit with its own disturbances and noise.
+    """Return a fit with its own disturbances and noise; `aim` as in `climbed`.
 
-    Their variances and the unknowns are fitted in turn as long as the posterior grows, `rounds` times at most; `aim` as
-    in `climbed`.
+    Their variances and the unknowns are fitted in turn, `rounds` times at most. Unknowns and disturbances that stand in
+    for each other come nowhere that way: in the end the unknowns are fitted with smaller disturbances, as long as the
+    posterior grows.
     """
+    fit = _in_turn(record, fit, aim, rounds)
+    while rounds > 1 and (lower := _lower(fit)) != fit.disturbance:
+        found = climbed(record, fit.parameters, fit.unknowns, lower, aim=aim)
+        least = max(_SETTLED, _NEARER * (aim - fit.posterior))
+        if found.posterior < fit.posterior + least:
+            break
+        fit = _in_turn(record, found, aim, rounds)
+    return fit
+
+
+def _in_turn(record: Record, fit: Fitted, aim: float, rounds: int) -> Fitted:
+    """Return a fit of variances and unknowns in turn, as long as the posterior grows.
+
+    A variance of noise that stays where it is in one round is left there until the others have settled.
+    """
+    places = every = tuple(range(len(_variances(fit.disturbance))))
     for _ in range(rounds):
         least = max(_SETTLED, _NEARER * (aim - fit.posterior))
-        disturbance, gains = _with_variances(record, fit)
+        disturbance, gains = _with_variances(record, fit, places)
+        if gains < least and places != every:
+            places = every
+            disturbance, gains = _with_variances(record, fit, places)
         if gains < least:
             return fit
+        before, now = _variances(fit.disturbance), _variances(disturbance)
+        places = tuple(k for k in places if k in _OF_DISTURBANCES or now[k] != before[k])
         found = climbed(record, fit.parameters, fit.unknowns, disturbance, aim=aim)
         if found.posterior < fit.posterior + least:
             return max(fit, found, key=lambda one: one.posterior)
         fit = found
     return fit
+
+
+def _lower(fit: Fitted) -> Disturbance:
+    """Return a fit's disturbances a decade lower, where they are not at their least."""
+    torque, voltage = (
+        max(one / _LOWERED, least)
+        for one, least in zip((fit.disturbance.torque, fit.disturbance.voltage), _least(fit), strict=True)
+    )
+    return replace(fit.disturbance, torque=torque, voltage=voltage)
+
+
+def _least(fit: Fitted) -> tuple[float, float]:
+    """Return the least disturbances, in N·m and in V."""
+    return _LEAST[0] * float(fit.parameters[COULOMB]), _LEAST[1]
 
 
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
@@ -189,7 +283,7 @@ def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown])
     return settled(record, fit)
 
 
-def _with_variances(record: Record, fit: Fitted) -> tuple[Disturbance, float]:
+def _with_variances(record: Record, fit: Fitted, places: Sequence[int]) -> tuple[Disturbance, float]:
     """Return a fit's disturbances with the likeliest variances, and the gain in nats.
 
     Each variance is fitted by a parabola through the logarithm of the posterior, one after the other. They are those of
@@ -206,7 +300,9 @@ def _with_variances(record: Record, fit: Fitted) -> tuple[Disturbance, float]:
 
     first = known[_variances(fit.disturbance)] = fit.posterior - log_prior(fit.parameters, fit.unknowns)
     best, found = fit.disturbance, first
-    for k, (factor, least, most) in enumerate(_bounds(fit)):
+    bounds = _bounds(record, fit)
+    for k in places:
+        factor, least, most = bounds[k]
         at = _variances(best)[k]
         low, high = (_with(best, k, min(max(at * by, least), most)) for by in (1.0 / factor, factor))
         at_low, at_high = posterior(low), posterior(high)
@@ -232,17 +328,26 @@ def _with(disturbance: Disturbance, k: int, variance: float) -> Disturbance:
     return Disturbance(math.sqrt(found[0]), math.sqrt(found[1]), Noise(*found[2:]))
 
 
-def _bounds(fit: Fitted) -> list[tuple[float, float, float]]:
+def _bounds(record: Record, fit: Fitted) -> list[tuple[float, float, float]]:
     """Return how each variance is searched: a factor, its least and its most.
 
-    Variances that are tried differ by the factor. Disturbances fall by a decade at a time. A sensor has at most the
-    noise that its data sheet states.
+    Variances that are tried differ by the factor. Disturbances fall by a decade at a time. A sensor may have more noise
+    than its data sheet states: what an unmodelled effect adds to its readings. Else a disturbance would be needed for
+    that. A stamp is off by what is uniform within a sample, at most.
     """
-    torque, voltage = fit.disturbance.torque, fit.disturbance.voltage
     found = []
-    for one, least in ((torque, _LEAST[0] * fit.parameters[COULOMB]), (voltage, _LEAST[1])):
+    for one, least in zip((fit.disturbance.torque, fit.disturbance.voltage), _least(fit), strict=True):
         found.append((_LOWERED, max(one / _LOWERED, least) ** 2, (one * _LOWERED) ** 2))
-    return [*found, *[(_NOISE_STEP, 1e-6, 1.0)] * (len(fit.disturbance.noise) - 1), (_NOISE_STEP, 1e-6, np.inf)]
+    return [
+        *found,
+        *[(_NOISE_STEP, 1e-6, np.inf)] * (len(fit.disturbance.noise) - 1),
+        (_NOISE_STEP, 1e-6, _most_jitter(record)),
+    ]
+
+
+def _most_jitter(record: Record) -> float:
+    """Return the largest variance of a clock's jitter, in multiples of the assumed."""
+    return float(np.median(record.dt) ** 2 / 12.0 / record.settings[JITTER] ** 2)
 
 
 def _log_prior_of_noise(noise: Sequence[float]) -> float:

@@ -18,9 +18,11 @@ from etb_hil.estimation.record import Record
 from etb_hil.estimation.smoother import smooth
 from etb_hil.estimation.tangents import normal_matrix
 from etb_hil.estimation.throttle import FORCES, OMEGA, TORQUE, VOLTAGE
-from etb_hil.plant.effects.catalogue import OWN
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.recording.samples import Float64, Int64
+
+_READ = (forces.AT_CURRENT, forces.AT_MOTOR, forces.AT_PLATE)
 
 
 class Noise(NamedTuple):
@@ -126,10 +128,8 @@ class Normal:
 
 def active_in(parameters: Float64) -> Int64:
     """Return the indices of the effects that a vector has."""
-    found = [
-        forces.INDEX[effect.id] for effect in OWN if any(parameters[effect.indices[k]] != 0.0 for k in effect.strengths)
-    ]
-    return np.array(found, np.int64)
+    there = [one for one in CATALOGUE.values() if any(parameters[one.indices[k]] != 0.0 for k in one.strengths)]
+    return np.array(sorted({forces.index_of(effect) for effect in there}), np.int64)
 
 
 def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, is_kept: bool = False) -> Filtered:
@@ -166,9 +166,9 @@ def _run(
     covariances, ahead = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE))
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
-        record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature, record.readings,
-        record.lasts, p, active, settings, is_kept, states, whitened, roots, slopes, gains, moves, responses,
-        covariances, ahead, spreads, totals,
+        record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
+        record.added(forces.LEVEL, p), _read(record, p), record.lasts, p, active, settings, is_kept, states, whitened,
+        roots, slopes, gains, moves, responses, covariances, ahead, spreads, totals,
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
@@ -176,6 +176,13 @@ def _run(
         responses, ahead,
     )  # fmt: skip
     return found, covariances, spreads
+
+
+def _read(record: Record, parameters: Float64) -> Float64:
+    """Return the readings (n, 3) without what terms add to them."""
+    if not any(term.channel in _READ for term in record.terms):
+        return record.readings
+    return record.readings - np.column_stack([record.added(channel, parameters) for channel in _READ])
 
 
 def sensitivities(
@@ -190,7 +197,8 @@ def sensitivities(
 
     Base parameters may come in any order.
 
-    `groups` (c): of effects' columns, those of one number follow each other; products between groups are left 0.
+    `groups` (c): of effects' columns, those of one number follow each other; products between groups are left 0. What
+    has a negative one comes first and is there with each of the others.
     """
     base = [k for k, one in enumerate(columns) if one.effect is None and one.place >= 0]
     rest = [k for k in range(len(columns)) if k not in set(base)]
@@ -201,12 +209,14 @@ def sensitivities(
     effects = np.array([_index(columns[k]) for k in rest], np.int64)
     kinds = np.array([_kind(columns[k], at) for k in rest], np.int64)
     numbers = [0 if groups is None else groups[k] for k in rest]
-    until = np.array([len(rest) - numbers[::-1].index(one) for one in numbers], np.int64)
+    ends = [len(rest) if one < 0 else len(rest) - numbers[::-1].index(one) for one in numbers]
+    until = np.array(ends, np.int64)
     matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
     rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
     normal_matrix(
-        record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters, at.states, at.ahead,
-        at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
+        record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters,
+        at.states, at.ahead, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(),
+        tied.copy(), effects,
         away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip
@@ -222,12 +232,12 @@ def _moved(parameters: Float64, column: Column) -> Float64:
 
 
 def _index(column: Column) -> int:
-    return -1 - column.channel if column.effect is None else forces.INDEX[column.effect.id]
+    return -1 - column.channel if column.effect is None else forces.index_of(column.effect)
 
 
 def _kind(column: Column, at: Filtered) -> int:
     """Return whether an effect is there without being moved."""
-    return int(column.effect is not None and forces.INDEX[column.effect.id] in at.active)
+    return int(column.effect is not None and forces.index_of(column.effect) in at.active)
 
 
 def _shapes(shapes: Sequence[Float64 | None], n: int) -> tuple[Int64, Float64]:

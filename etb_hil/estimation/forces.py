@@ -9,6 +9,7 @@ The derivatives by angle and velocity that a filter needs are differences of the
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,9 +41,7 @@ from etb_hil.plant.physics import (
 BRAKING, LEVEL, LOST, AT_CURRENT, AT_MOTOR, AT_PLATE = range(6)
 ADDED = 6
 MEMORY = SLOW + max((one.sensor.size for one in OWN if one.sensor and one.acts_at(Port.PLATE_READING)), default=0)
-INDEX = {effect.id: k for k, effect in enumerate(OWN)}
-# Whether each effect acts on a reading.
-READS = np.array([effect.acts_at(*READINGS, Port.PLATE_LEAD) for effect in OWN], np.bool_)
+_INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
 _ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
@@ -73,7 +72,84 @@ _LEVELS = {
 }
 
 
-def _function(effect: Effect) -> compose.Made:
+# The plate is behind the motor by what its own load twists: that of springs and stops where it is. The load falls with
+# the lead, so that this one is between 0 and what the load at the motor's angle gives; regula falsi (Dowell and Jarratt
+# 1971, "Illinois") finds it. At a stop one step from the motor's angle would be off by many times the lead.
+_LEAD = [
+    "lead = {f}(0.0, load, p)",
+    "near, left, far, right = 0.0, lead, lead, 0.0",
+    "plates = spring_torque(theta - lead, p) + stop_torque(theta - lead, omega, p)",
+    "right = {f}(0.0, plates, p) - lead",
+    "for k in range(12):",
+    "    if abs(right) < 1e-8 or left == right: break",
+    "    lead = far - right * (far - near) / (right - left)",
+    "    plates = spring_torque(theta - lead, p) + stop_torque(theta - lead, omega, p)",
+    "    found = {f}(0.0, plates, p) - lead",
+    "    if (found > 0.0) == (right > 0.0): left *= 0.5",
+    "    else: near, left = far, right",
+    "    far, right = lead, found",
+    "out[5] -= lead",
+    "out[0] += plates - load",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class _Terms:
+    """The terms of one effect, or of all effects from outside where there is none.
+
+    Those are called by their addresses, so that no kernel is compiled anew for them; what is not there adds nothing.
+    """
+
+    effect: Effect | None = None
+
+    @property
+    def id(self) -> str:
+        """The id of the effect."""
+        return "outside" if self.effect is None else self.effect.id
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effect, if it is one of the package."""
+        return () if self.effect is None else (self.effect,)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether they are those of effects from outside."""
+        return self.effect is None
+
+    @property
+    def has_states(self) -> bool:
+        """Whether there may be slow states."""
+        return self.effect is None or bool(self.effect.states)
+
+    @property
+    def has_sensor(self) -> bool:
+        """Whether there is a sensor that remembers the plate's way."""
+        return self.effect is not None and self.effect.sensor is not None and self.acts_at(Port.PLATE_READING)
+
+    def acts_at(self, *ports: Port) -> bool:
+        """Tell whether there may be a term at one of some ports."""
+        return any(port.is_open for port in ports) if self.effect is None else self.effect.acts_at(*ports)
+
+    def at(self, port: Port) -> compose.Made:
+        """Return the compiled function of a port."""
+        return compose.composed(port, self.effects, is_open=self.is_open and port.is_open)
+
+
+_TERMS = [*(_Terms(effect) for effect in OWN), _Terms()]
+# Whether each effect acts on a reading.
+READS = np.array([terms.acts_at(*READINGS, Port.PLATE_LEAD) for terms in _TERMS], np.bool_)
+
+
+def index_of(effect: Effect) -> int:
+    """Return the number by which the compiled functions know an effect.
+
+    Those from outside share one.
+    """
+    return _INDEX.get(effect.id, len(OWN))
+
+
+def _function(terms: _Terms) -> compose.Made:
     """Return a function that fills in what an effect adds.
 
     The function takes (state, inputs, memory, parameters, out).
@@ -91,45 +167,41 @@ def _function(effect: Effect) -> compose.Made:
     ]
 
     def own(port: Port) -> str:
-        made = compose.composed(port, [effect])
-        if port is Port.PLATE_READING:
-            made = compose.sensed([effect], port, {effect.id: 0})
-        scope[port.name] = made
+        sensed = port is Port.PLATE_READING
+        scope[port.name] = compose.sensed(terms.effects, port, {terms.id: 0}) if sensed else terms.at(port)
         return port.name
 
     for port, line in _FINE.items():
-        if effect.acts_at(port):
+        if terms.acts_at(port):
             lines.append(line.format(f=own(port)))
-    if effect.acts_at(Port.PLATE_LEAD):
-        lines.append(f"lead = {own(Port.PLATE_LEAD)}(0.0, load, p)")
-        lines.append("out[5] -= lead")
-        lines.append("out[0] += spring_torque(theta - lead, p) + stop_torque(theta - lead, omega, p) - load")
-    if effect.acts_at(*_FRICTION):
+    if terms.acts_at(Port.PLATE_LEAD):
+        lines += [line.format(f=own(Port.PLATE_LEAD)) for line in _LEAD]
+    if terms.acts_at(*_FRICTION):
         lines += ["peak = gauss(omega / p[STRIBECK])", "surplus = (p[STICTION] - p[COULOMB]) * peak"]
         lines.append("before = p[COULOMB] + surplus")
-        if effect.acts_at(Port.STRIBECK_PEAK):
+        if terms.acts_at(Port.STRIBECK_PEAK):
             lines.append(f"surplus = (p[STICTION] - p[COULOMB]) * {own(Port.STRIBECK_PEAK)}(peak, omega, p)")
         lines.append("level = p[COULOMB] + surplus")
-        lines += [line.format(f=own(port)) for port, line in _LEVELS.items() if effect.acts_at(port)]
+        lines += [line.format(f=own(port)) for port, line in _LEVELS.items() if terms.acts_at(port)]
         lines.append("out[1] = max(level, 0.02 * p[COULOMB]) / before - 1.0")
-    return _compiled(effect.id, _ASKS, lines, scope)
+    return _compiled(terms.id, _ASKS, lines, scope)
 
 
-def _passing(effect: Effect) -> compose.Made:
+def _passing(terms: _Terms) -> compose.Made:
     """Return a function that moves an effect's states by dt s in place.
 
     The function moves the memory of the effect's sensor, too.
     """
     scope: dict[str, Any] = {"SLOW": SLOW}
     lines = ["slow = remembered[:SLOW]"]
-    if effect.states:
-        scope["steps"] = compose.steps([effect], of_friction=False)
+    if terms.has_states:
+        scope["steps"] = compose.steps(terms.effects, of_friction=False, is_open=terms.is_open)
         lines.append("steps(0.0, omega, travel, current, command, temperature, dt, slow, p)")
-    if effect.sensor is not None and effect.acts_at(Port.PLATE_READING):
-        scope["sense"] = compose.sensor_steps([effect], Port.PLATE_READING, {effect.id: 0})
+    if terms.has_sensor:
+        scope["sense"] = compose.sensor_steps(terms.effects, Port.PLATE_READING, {terms.id: 0})
         lines.append("sense(remembered[SLOW:], travel, current, p)")
     return _compiled(
-        f"pass_{effect.id}", "omega, travel, current, command, temperature, dt, remembered, p", lines, scope
+        f"pass_{terms.id}", "omega, travel, current, command, temperature, dt, remembered, p", lines, scope
     )
 
 
@@ -141,7 +213,7 @@ def _compiled(
     return njit(cache=False, error_model="numpy", forceinline=is_inline)(scope[name])
 
 
-def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> compose.Made:
+def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> compose.Made:
     """Return a function that fills in what an effect adds along a motion.
 
     The function goes sample by sample; see `along`.
@@ -150,13 +222,13 @@ def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> com
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "late": compose.composed(Port.CURRENT_LATENESS, [effect]),
+        "late": terms.at(Port.CURRENT_LATENESS),
     }  # fmt: skip
     lines = [
         "for k in range(begin, end):",
         "    x, y, o, t = states[k], ahead[k], out[k - begin], temperature[k]",
     ]
-    if effect.acts_at(*READINGS, Port.PLATE_LEAD):
+    if terms.acts_at(*READINGS, Port.PLATE_LEAD):
         lines += [
             "    v = voltage[max(k - 1, 0)]",
             "    rate = (v - x[5] - p[R] * x[4] - p[KE] * x[1]) / p[L]",
@@ -171,10 +243,10 @@ def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> com
         "    f(0.5 * (x[0] + y[0]), omega, current, v, 0.5 * (x[2] + y[2]), t, remembered, p, room)",
         "    o[0] = room[0]; o[1] = room[1]; o[2] = room[2]",
     ]
-    if effect.states or effect.sensor:
+    if terms.has_states or terms.has_sensor:
         lines.append("    if k + 1 < len(states):")
         lines.append("        passing(x[1], states[k + 1, 0] - x[0], x[4], v, t, dt[k], remembered, p)")
-    return _compiled(f"along_{effect.id}", _MOTION, lines, scope)
+    return _compiled(f"along_{terms.id}", _MOTION, lines, scope)
 
 
 def _chosen(name: str, takes: str, functions: list[compose.Made]) -> compose.Made:
@@ -184,14 +256,14 @@ def _chosen(name: str, takes: str, functions: list[compose.Made]) -> compose.Mad
     return _compiled(name, f"index, {takes}", lines, scope, is_inline=False)
 
 
-_adding = [_function(effect) for effect in OWN]
-_passing_time = [_passing(effect) for effect in OWN]
+_adding = [_function(terms) for terms in _TERMS]
+_passing_time = [_passing(terms) for terms in _TERMS]
 add = _chosen("add", _ASKS, _adding)
 pass_time = _chosen("pass_time", _PASSED, _passing_time)
 # Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
 # the readings at their states, else in the middle of the way to the state that was predicted (`ahead`).
-along = _chosen("along", _MOTION, [_along(*each) for each in zip(OWN, _adding, _passing_time, strict=True)])
-_starts = compose.starts(OWN)
+along = _chosen("along", _MOTION, [_along(*each) for each in zip(_TERMS, _adding, _passing_time, strict=True)])
+_starts = compose.starts(OWN, is_open=True)
 _late = compose.composed(Port.CURRENT_LATENESS, OWN)
 
 

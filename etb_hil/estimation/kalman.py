@@ -70,6 +70,7 @@ LIKELIHOOD, RESCUED, OUTLYING = range(3)
 TOTALS = 3
 LARGE = 5.0  # whitened innovations beyond it count by their size alone
 LOST_AT = 8.0  # beyond it a reading moves nothing; where that lasts, the state begins afresh
+_LEAST_LEVEL = -0.95  # share of friction that is at most taken away
 _BURST = 2  # samples that are lost before that: a single blow moves nothing
 _FASTEST, _FASTER = 10.0, 1.0  # rad/s: an unknown velocity, and by how much one differs from the mean of a sample
 _EDGE_S = 0.02  # s: an edge that lasts longer tells that the motion stands
@@ -125,14 +126,15 @@ def read_with(
 @njit(cache=True, error_model="numpy")
 def acting_on(
     x: Vector, voltage: float, temperature: float, active: Int64, memory: Vector, p: Vector, acting: Vector, d: Vector,
-    has_velocity: bool,
+    level: float, has_velocity: bool,
 ) -> None:  # fmt: skip
-    """Fill in what active effects add to the equations at a state.
+    """Fill in what active effects, and a share `level` of friction, add at a state.
 
     Its derivative by the angle follows too, and with `has_velocity` that by the velocity. `acting` (`ACTING`), `d`
     (`forces.ADDED`): room.
     """
-    acting[BRAKING] = acting[LEVEL] = acting[LOST] = acting[BY_ANGLE] = 0.0
+    acting[BRAKING] = acting[LOST] = acting[BY_ANGLE] = 0.0
+    acting[LEVEL] = level
     if has_velocity:
         acting[BY_VELOCITY] = 0.0
     theta, omega, current, bristle = x[THETA], x[OMEGA], x[CURRENT], x[BRISTLE]
@@ -147,30 +149,31 @@ def acting_on(
         if has_velocity:
             forces.add(one, theta, omega + _STEP, current, voltage, bristle, temperature, memory, p, d)
             acting[BY_VELOCITY] += (d[forces.BRAKING] - braking) / _STEP
-    acting[LEVEL] = max(acting[LEVEL], -0.95)
+    acting[LEVEL] = max(acting[LEVEL], _LEAST_LEVEL)
 
 
 @njit(cache=True, error_model="numpy")
 def predict(
     x: Vector, p: Vector, voltage: float, temperature: float, dt: float, active: Int64, memory: Vector, acting: Vector,
-    d: Vector, rests: float, f: Float64, b: Float64, work: Float64,
+    d: Vector, level: float, rests: float, f: Float64, b: Float64, work: Float64,
 ) -> None:  # fmt: skip
     """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
     The equations are those of `throttle.step`, in steps that are short enough. What active effects add is that in the
-    middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `d`: see
-    `acting_on`; `work` (2, at least `MOVING`).
+    middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `d` and `level`:
+    see `acting_on`; `work` (2, at least `MOVING`).
     """
     parts = int(dt / _LONGEST - 1e-6) + 1
     h = dt / parts
     f[:], b[:] = 0.0, 0.0
+    acting[LEVEL] = max(level, _LEAST_LEVEL)
     for i in range(SIZE):
         f[i, i] = 1.0
     for part in range(parts):
         if len(active) > 0:
             theta, ahead = x[THETA], 0.5 * h * x[OMEGA]
             x[THETA] += ahead
-            acting_on(x, voltage, temperature, active, memory, p, acting, d, part == 0)
+            acting_on(x, voltage, temperature, active, memory, p, acting, d, level, part == 0)
             x[THETA] = theta
             acting[BRAKING] -= ahead * acting[BY_ANGLE]
         step(x, p, voltage, h, acting, rests, f, b, work)
@@ -269,6 +272,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     voltage: Vector,
     unsure: Vector,
     temperature: Vector,
+    level: Vector,
     readings: Float64,
     lasts: Vector,
     p: Vector,
@@ -292,14 +296,14 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     Innovations are whitened. The state begins anew where a segment does.
 
     `since`, `heat` (n): see `Record`; `dt` (n): s to the next sample; `voltage` (n): V, held as long; `unsure` (n): its
-    variance beyond the reading's noise, V^2; `temperature` (n): degC; `readings` (n, 3), NaN where
-    there is none; `lasts` (n): share of the motor's rounding error that the next sample has, too. `active`: indices of
-    the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard
-    deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both are lowered where an
-    innovation is large. With `is_kept` also `slopes` (n, 3): of the readings by their state, `gains` (n, 3, `SIZE`),
-    `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and `ahead` (n, `SIZE`), the
-    next sample's state as predicted. `covariances` (n or 0, `SIZE`, `SIZE`): after the readings; `spreads`, of the same
-    length: the next sample's as predicted.
+    variance beyond the reading's noise, V^2; `temperature` (n): degC; `level` (n): share added to friction;
+    `readings` (n, 3), NaN where there is none; `lasts` (n): share of the motor's rounding error that the next sample
+    has, too. `active`: indices of the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n, 3):
+    innovations in their standard deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both
+    are lowered where an innovation is large. With `is_kept` also `slopes` (n, 3): of the readings by their state,
+    `gains` (n, 3, `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and
+    `ahead` (n, `SIZE`), the next sample's state as predicted. `covariances` (n or 0, `SIZE`, `SIZE`): after the
+    readings; `spreads`, of the same length: the next sample's as predicted.
     """
     x, cov = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     f, b, work = np.zeros((SIZE, SIZE)), np.zeros((SIZE, FORCES)), np.zeros((16, SIZE + 2))
@@ -400,7 +404,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if len(covariances) > 0:
             covariances[k] = cov
         before = x[THETA]
-        predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], s[RESTS], f, b, work)
+        predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], level[k], s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         for j in range(len(active)):

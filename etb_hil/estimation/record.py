@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.estimation import kalman
+from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64
@@ -22,6 +24,13 @@ _SMOOTH = 0.05  # s over which that velocity is measured, so that the noise of a
 _JUMP = 0.1  # share by which the torque of limp-home's jump and of the stops may be another (explain.md, section 1)
 
 
+class Term(NamedTuple):
+    """What is added in a channel (`forces.BRAKING` ...) for a size of 1: a shape (n)."""
+
+    channel: int
+    shape: Float64
+
+
 @dataclass(frozen=True, slots=True)
 class Record:
     """Segments of samples without gaps, one after the other: columns (n) in SI.
@@ -32,7 +41,8 @@ class Record:
     elsewhere. `heat`: mean square of the current in that time, A^2. `dt`: s to the next sample; `voltage`: V, held as
     long; `unsure`: its variance beyond the reading's noise, V^2; `temperature`: degC; `readings` (n, 3): current,
     motor's and plate's angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two
-    disturbances and the multiples of the noise are set for each run.
+    disturbances and the multiples of the noise are set for each run. `terms`: what may be added
+    in proportion to sizes, which stand behind the parameters of all effects. Records that are joined have none.
     """
 
     since: Float64
@@ -44,6 +54,7 @@ class Record:
     readings: Float64
     lasts: Float64
     settings: Float64
+    terms: tuple[Term, ...] = field(default=(), repr=False)
 
     def __len__(self) -> int:
         return len(self.dt)
@@ -53,9 +64,24 @@ class Record:
         """Time in s since the first sample (n)."""
         return np.concatenate([[0.0], np.cumsum(self.dt[:-1])])
 
+    @property
+    def elapsed(self) -> Float64:
+        """Time in s since the first sample (n), between segments as far as it is known."""
+        between = np.where(np.isfinite(self.since[1:]) & (self.since[1:] > 0.0), self.since[1:], self.dt[:-1])
+        return np.concatenate([[0.0], np.cumsum(between)])
+
+    def added(self, channel: int, parameters: Float64) -> Float64:
+        """Return what the terms add in a channel (n)."""
+        found = np.zeros(len(self))
+        for term, size in zip(self.terms, parameters[EXTENDED:], strict=False):
+            if term.channel == channel:
+                found += size * term.shape
+        return found
+
     def part(self, rows: slice) -> Record:
         """Return some of the samples that follow each other."""
-        found = replace(self, **{name: getattr(self, name)[rows].copy() for name in _COLUMNS})
+        columns: dict[str, Any] = {name: getattr(self, name)[rows].copy() for name in _COLUMNS}
+        found = replace(self, terms=tuple(Term(one.channel, one.shape[rows]) for one in self.terms), **columns)
         found.since[:1], found.heat[:1] = np.inf, 0.0
         return found
 
@@ -79,7 +105,10 @@ class Record:
 
 def joined(records: Sequence[Record]) -> Record:
     """Return several records of one unit, by the same sensors, as one."""
-    return replace(records[0], **{name: np.concatenate([getattr(one, name) for one in records]) for name in _COLUMNS})
+    columns: dict[str, Any] = {name: np.concatenate([getattr(one, name) for one in records]) for name in _COLUMNS}
+    settings = records[0].settings.copy()
+    settings[kalman.RESTS] = max(one.settings[kalman.RESTS] for one in records)
+    return replace(records[0], settings=settings, terms=(), **columns)
 
 
 def record(

@@ -6,30 +6,34 @@ These are effects in their shapes, and base parameters beyond their tolerances.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from etb_hil.estimation.filtering import Column
-from etb_hil.estimation.forces import INDEX
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
-from etb_hil.hypotheses.constants import BEYOND
-from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.hypotheses.constants import BEYOND, LOCAL
 from etb_hil.plant.effects.effect import Effect, EffectParameter, Need
 from etb_hil.recording.samples import Float64
 
+_STILL = 1e-9  # rad: a plate that moves less rests
 CHANGES = 1.0  # K: a temperature that stays within it tells nothing of heat
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect in one shape: `parameters` has its shapes, its strengths being 0."""
+    """An effect in one shape, its strengths 0 or as a law of the model file says."""
 
     effect: Effect
     parameters: Float64
+
+    @property
+    def id(self) -> str:
+        """The id of the effect."""
+        return self.effect.id
 
     def columns(self) -> list[Column]:
         """Return the columns of the strengths that a search tries."""
@@ -39,26 +43,22 @@ class Candidate:
             found.append(Column(self.effect.id, step, place, self.effect, parameters=self.parameters))
         return found
 
-    def width(self, place: int) -> float:
-        """Return the standard deviation of a uniform law between a strength's bounds."""
-        stated = self.effect.stated[place - self.effect.stated_indices[0]]
-        return _width(stated)
-
-    def at(self, places: Sequence[int], strengths: Float64) -> Float64:
-        """Return the whole vector with strengths at their places, inside their bounds."""
-        p = self.parameters.copy()
-        for place, value in zip(places, strengths, strict=True):
+    def unknowns(self) -> list[Unknown]:
+        """Return those strengths; each prior is as wide as a uniform law in its bounds."""
+        found = []
+        for k in self.effect.searched:
+            place = self.effect.indices[k]
             stated = self.effect.stated[place - self.effect.stated_indices[0]]
-            p[place] = np.clip(value, stated.low, stated.high)
+            there = float(self.parameters[place])
+            found.append(Unknown(self.effect.id, place, there, _width(stated), low=stated.low, high=stated.high))
+        return found
+
+    def at(self, steps: Float64) -> Float64:
+        """Return the whole vector with its strengths moved by steps, inside their bounds."""
+        p = self.parameters.copy()
+        for one, step in zip(self.unknowns(), steps, strict=True):
+            p[one.place] = np.clip(p[one.place] + step, one.low, one.high)
         return p
-
-
-def is_in_filter(id_: str) -> bool:
-    """Tell whether the filter has an effect compiled.
-
-    Those of plug-ins it has not; what is no effect it has.
-    """
-    return id_ not in CATALOGUE or id_ in INDEX
 
 
 def can_show(record: Record, effect: Effect) -> bool:
@@ -73,17 +73,42 @@ def can_show(record: Record, effect: Effect) -> bool:
     return all(shows.get(need, True) for need in effect.needs)
 
 
-def candidates(record: Record, parameters: Float64, ids: Iterable[str]) -> list[Candidate]:
+def as_seen(record: Record, effects: Mapping[str, Effect], gear_ratio: float) -> dict[str, Effect]:
+    """Return effects with possible strengths, and with shapes that a record shows.
+
+    A wave of which less than a period is seen is any curve, and so is a bump as wide as the range. Effects
+    of which no shape is seen are left out.
+    """
+    _, motor, plate = record.readings.T
+    angle = motor if np.isfinite(motor).any() else plate
+    seen = max(float(np.nanmax(angle) - np.nanmin(angle)), _STILL)
+    period, width = 2.0 * math.pi / (gear_ratio * seen), LOCAL * seen
+
+    def possible(effect: Effect, one: EffectParameter) -> EffectParameter:
+        if one.is_strength:
+            return replace(one, low=max(one.low, 0.0)) if effect.is_one_way else one
+        low = max(one.low, period) if one.unit == "1/turn" else one.low
+        high = min(one.high, width) if one.is_width else one.high
+        return replace(one, low=low, high=high, starts=tuple(dict.fromkeys(np.clip(one.starts, low, high).tolist())))
+
+    found = {
+        id_: replace(effect, parameters=tuple(possible(effect, one) for one in effect.parameters))
+        for id_, effect in effects.items()
+    }
+    return {id_: effect for id_, effect in found.items() if all(one.low < one.high for one in effect.parameters)}
+
+
+def candidates(record: Record, parameters: Float64, effects: Iterable[Effect]) -> list[Candidate]:
     """Return the effects that a record can show beside some parameters.
 
     Each comes in all shapes of its grid.
     """
     found = []
-    for effect in (CATALOGUE[id_] for id_ in ids):
-        has_it = any(parameters[effect.indices[k]] != 0.0 for k in effect.strengths)
-        if has_it or not is_in_filter(effect.id) or not can_show(record, effect):
+    for effect in effects:
+        if not can_show(record, effect):
             continue
-        grids = [(0.0,) if one.is_strength else one.starts for one in effect.stated]
+        there = parameters[list(effect.stated_indices)]
+        grids = [(value,) if one.is_strength else one.starts for one, value in zip(effect.stated, there, strict=True)]
         for values in product(*grids):
             p = parameters.copy()
             p[list(effect.stated_indices)] = values
@@ -94,10 +119,12 @@ def candidates(record: Record, parameters: Float64, ids: Iterable[str]) -> list[
 def unknowns_of(effect: Effect, parameters: Float64) -> list[Unknown]:
     """Return all that is fitted of an effect, within its bounds.
 
-    Strengths are fitted about 0, shapes about where they stand.
+    Strengths are fitted about 0, shapes about where they stand. A number of slots or poles is what it is.
     """
     found = []
     for one, place in zip(effect.stated, effect.stated_indices, strict=True):
+        if one.is_count:
+            continue
         mean = 0.0 if one.is_strength else float(parameters[place])
         deviation = one.scale if one in effect.finer and one.scale else _width(one)
         name = f"{effect.id}.{one.name}"

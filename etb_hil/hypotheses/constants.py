@@ -1,8 +1,7 @@
 """Constants of the comparison of hypotheses.
 
-Each has its meaning, its unit, its source, and the command that checks it.
-
-`python benchmarks/unit_faults.py` and `python benchmarks/explain_study.py` run all of them on hidden cases.
+Each has its meaning, its unit and its source. `python benchmarks/unit_faults.py`, `explain_study.py` and
+`explain_drives.py` check all of them on hidden cases.
 """
 
 from __future__ import annotations
@@ -21,7 +20,20 @@ WHITE = 0.1
 # An effect's share is that of a cosine of 0.95, by which the hidden cases are judged. A base parameter has no shape
 # that may differ from the unit's, so its share is smaller.
 EQUIVALENT_SHAPE, EQUIVALENT_PARAMETER = 0.31, 0.1
+NOTHING = 1.0  # a smaller misfit is immaterial: nothing is left to be explained
 MATERIAL = 3.0  # a hypothesis with a smaller misfit is not excluded; below 1 a misfit is immaterial
-# Nats against each further fault of a hypothesis: a unit with one fault has another, independent one as often as any
-# part has one, which is at most once in a thousand where parts are made in series.
-RARE = 6.9
+# Knots over time of a drift of friction, and the share of friction that it is at most (decision 0032).
+KNOTS, DRIFTS = 9, 0.9
+# Largest half width of an effect of one place, of the range of the motion: a wider one fits any smooth curve.
+LOCAL = 0.25
+# How far a bench may sample a voltage beside its changes, in samples.
+OFFSET = 0.6
+# How far a plate's sensor may be from its zero, in rad.
+ZERO = 0.01
+# How far a plate may press a stop in, in rad: where fits of a stop that the motion ends at begin.
+GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)
+MOST_CAUSES = 3  # of one answer
+# These bound the processor time: samples of a record that are searched, in so many parts; hypotheses of the linear pass
+# whose fit is begun; and the share of the likeliest one's gain that a hypothesis has to have then, or it is excluded.
+SEARCHED, PARTS = 12_000, 12
+FITTED, HOPELESS = 8, 0.1

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, log_prior, prior_slope
+from etb_hil.estimation.calibration import Fitted, best_step, log_prior, prior_slope
 from etb_hil.estimation.filtering import Normal, sensitivities
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, freed
 from etb_hil.hypotheses.constants import PARAMETER
+from etb_hil.hypotheses.terms import Drift
 from etb_hil.recording.samples import Float64, Int64
 
 
@@ -29,7 +30,7 @@ class Start:
 
 
 def ranked(
-    record: Record, fit: Fitted, candidates: Sequence[Candidate], sets: Sequence[tuple[str, ...]] = ()
+    record: Record, fit: Fitted, candidates: Sequence[Candidate | Drift], sets: Sequence[tuple[str, ...]] = ()
 ) -> list[Start]:
     """Return hypotheses about a fitted model, the likeliest first.
 
@@ -46,11 +47,10 @@ def ranked(
     best: dict[str, Start] = {}
     for number, one in enumerate(candidates):
         at = np.flatnonzero(np.equal(groups, number))
-        places = [columns[k].place for k in at]
-        more = [Unknown(one.effect.id, place, 0.0, one.width(place)) for place in places]
-        moved, evidence = _solved(normal, np.concatenate([own, at]), fit.parameters, [*fit.unknowns, *more])
-        if one.effect.id not in best or evidence > best[one.effect.id].evidence:
-            best[one.effect.id] = Start((one.effect.id,), one.at(places, moved[count:]), evidence)
+        unknowns = [*fit.unknowns, *one.unknowns()]
+        moved, evidence = _solved(normal, np.concatenate([own, at]), one.parameters, unknowns)
+        if one.id not in best or evidence > best[one.id].evidence:
+            best[one.id] = Start((one.id,), one.at(moved[count:]), evidence)
     found = list(best.values())
     for ids in sets:
         unknowns = freed(fit.unknowns, [id_.removeprefix(PARAMETER) for id_ in ids])
@@ -61,10 +61,13 @@ def ranked(
 
 def _solved(normal: Normal, at: Int64, parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, float]:
     """Return by how much unknowns move, in their units, and the evidence of that."""
+    matrix, gradient = normal.matrix[np.ix_(at, at)], normal.gradient[at]
+    step, gain = best_step(parameters, unknowns, matrix, gradient, farthest=np.inf)
     scale = np.array([one.deviation for one in unknowns])
-    slope, bends = prior_slope(parameters, unknowns)
-    curved = normal.matrix[np.ix_(at, at)] * np.outer(scale, scale) + np.diag(bends)
-    push = slope - normal.gradient[at] * scale
-    step = np.linalg.solve(curved, push)
-    evidence = log_prior(parameters, unknowns) + 0.5 * float(push @ step - np.linalg.slogdet(curved)[1])
+    moved = parameters.copy()
+    for one, value in zip(unknowns, step * scale, strict=True):
+        moved[one.place] += value
+    _, bends = prior_slope(moved, unknowns)
+    curved = matrix * np.outer(scale, scale) + np.diag(bends)
+    evidence = log_prior(parameters, unknowns) + gain - 0.5 * float(np.linalg.slogdet(curved)[1])
     return step * scale, evidence

@@ -59,18 +59,19 @@ def model_file_text(found: ExplanationResult) -> str:
 
 
 def candidate_row(one: Candidate, causes: Sequence[Cause]) -> dict[str, Any]:
-    """Return a candidate of a selection step.
+    """Return a candidate of a selection step with the evidence for and against it.
 
-    One of an ambiguity group has no probability of its own.
+    Of an ambiguity group the data distinguish none.
     """
     groups = [{cause.id, *cause.not_isolable_from} for cause in causes if cause.not_isolable_from]
     is_of_group = one.probability is None or (one.probability > 0.0 and any(one.id in group for group in groups))
+    said = ["in the model" if one.accepted else "", "not distinguished" if is_of_group else "", one.rejection]
     return {
         "step": one.selection_step,
         "effect": words(one.id),
-        "probability": "not distinguished" if is_of_group else f"{100.0 * (one.probability or 0.0):.0f} %",
+        "evidence": "-" if one.evidence is None else f"{one.evidence:.0f} nat",
         "residual": f"{100.0 * one.residual_share:.1f} %",
-        "decision": ", but ".join(filter(None, ["in the model" if one.accepted else "", one.rejection])) or "-",
+        "decision": ", but ".join(filter(None, said)) or "-",
     }
 
 

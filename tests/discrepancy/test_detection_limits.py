@@ -9,12 +9,11 @@ from answers import plain, write_explanation
 from scipy.optimize import brentq, lsq_linear
 from synthetic import MODEL, measurement, textbook
 
-from etb_hil.discrepancy.answer.detection_limits import detection_limits, where_it_went
+from etb_hil.discrepancy.answer.detection_limits import LEAST_GAIN, detection_limits, where_it_went
 from etb_hil.discrepancy.answer.masking import MaskedEffect
 from etb_hil.discrepancy.candidates.candidate import beyond_judging
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
-from etb_hil.discrepancy.search.rejection import LEAST_GAIN
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED

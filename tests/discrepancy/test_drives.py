@@ -6,7 +6,6 @@ from explain_drives import CASES, outcome, searched
 from generator.axis import draw_axis
 
 from etb_hil.discrepancy.answer.quality import data_quality
-from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.plan.next_test import next_test
 
 
@@ -55,7 +54,6 @@ def test_what_is_off_is_named_or_in_its_class(motion, case):
 def test_friction_that_is_raised_everywhere_is_told_from_other_shapes_by_the_likelihood(motion):
     options, _ = CASES["friction 50 % larger"]
     findings = searched(draw_axis(222103, motion, **options))
-    weigh(findings)
     assert {one.winner.id for one in findings.accepted} == {"parameter:coulomb", "parameter:stiction"}
     others = {id_ for one in findings.accepted for id_ in one.ambiguity_group}
     assert not others & {"presliding_hysteresis", "friction_position_local", "friction_asymmetry"}

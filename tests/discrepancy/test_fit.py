@@ -8,7 +8,7 @@ from synthetic import MODEL, measurement
 
 from etb_hil.base import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import Calibration, all_unknowns, calibrate, off_edges, residual_of
+from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate, residual_of
 from etb_hil.discrepancy.fitting.fit import fit_of, jacobian
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.plant.physics import COULOMB, STICTION, STRIBECK_VELOCITY
@@ -25,26 +25,6 @@ def test_a_fit_that_begins_with_no_break_away_peak_finds_it():
     assert found.fit.whole[[COULOMB, STICTION]] == pytest.approx(truth[[COULOMB, STICTION]], rel=0.01)
     column = next(k for k, unknown in enumerate(unknowns) if unknown.place == STRIBECK_VELOCITY)
     assert np.any(found.jacobian[:, column] != 0.0)
-
-
-def test_numbers_on_the_edges_of_their_tolerances_are_put_back_as_stated_and_no_others():
-    balances = [Balances(measurement(MODEL.vector(), seed=4), MODEL)]
-    unknowns = all_unknowns(MODEL, balances)
-    by_name = {unknown.name: unknown for unknown in unknowns}
-    whole = start(MODEL)
-    by_name["coulomb"].put(whole, 0.5)
-    residual = residual_of(balances)
-
-    def at(point):
-        return Calibration(unknowns, fit_of(residual, point), np.zeros((0, 0)))
-
-    assert off_edges(residual, at(whole)) is None
-    on_edge = whole.copy()
-    by_name["viscous"].put(on_edge, by_name["viscous"].high)
-    eased = off_edges(residual, at(on_edge))
-    assert eased is not None
-    np.testing.assert_array_equal(eased.fit.whole, whole)
-    assert eased.jacobian.shape == (len(eased.fit.residual), len(unknowns))
 
 
 @pytest.mark.parametrize("is_current_known", [True, False])

@@ -9,7 +9,7 @@ from synthetic import MODEL, measurement
 from etb_hil.base.stock import find
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.plan.narrowing import left_open, narrow
+from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -34,7 +34,7 @@ def with_class(found, ambiguity_group, verdict="ambiguous", **changed):
 
 def suspect(found, id_):
     """The cause's fit under the name of another suspect."""
-    candidate = next(one.candidate for one in found.accepted[0].screened if one.candidate.id == id_)
+    candidate = next(one.candidate for one in found.screened if one.candidate.id == id_)
     return replace(found.accepted[0].winner, candidate=candidate)
 
 
@@ -56,7 +56,7 @@ def test_where_nothing_is_left_the_cause_stands_alone(found):
 def test_a_cause_in_the_class_of_another_name_is_the_cause_all_the_same(found):
     """The other record took a rival for the cause; the pair stays open, the third is told apart."""
     answer = with_class(found, OTHERS)
-    narrow(answer, with_class(found, ["cogging_torque"], refined=[suspect(found, OTHERS[1])]))
+    narrow(answer, with_class(found, ["cogging_torque"], winner=suspect(found, OTHERS[1])))
     assert answer.accepted[0].ambiguity_group == OTHERS[1:]
 
 
@@ -68,33 +68,30 @@ def test_a_record_that_is_not_explained_tells_nothing(found):
 
 def test_a_record_with_another_cause_tells_nothing(found):
     answer = with_class(found, OTHERS)
-    assert narrow(answer, with_class(found, [], refined=[suspect(found, "stribeck_shape")])) == ()
+    assert narrow(answer, with_class(found, [], winner=suspect(found, "stribeck_shape"))) == ()
     assert answer.accepted[0].ambiguity_group == OTHERS
 
 
 def test_what_a_record_could_not_judge_it_does_not_tell_apart(found):
-    first = found.accepted[0]
-    without = replace(
-        first, ambiguity_group=[], screened=[one for one in first.screened if one.candidate.id != "torque_ripple"]
-    )
-    assert left_open(OTHERS, without) == ["torque_ripple"]
+    answer, other = with_class(found, OTHERS), with_class(found, [], "explained")
+    narrow(answer, replace(other, screened=[one for one in other.screened if one.candidate.id != "torque_ripple"]))
+    assert answer.accepted[0].ambiguity_group == ["torque_ripple"]
 
 
 def test_base_parameters_too_small_to_be_candidates_are_judged_all_the_same(found):
-    first = found.accepted[0]
-    assert "parameter:dead_zone" not in {one.candidate.id for one in first.screened}
-    assert left_open(["parameter:dead_zone"], replace(first, ambiguity_group=[])) == []
+    assert "parameter:dead_zone" not in {one.candidate.id for one in found.screened}
+    answer = with_class(found, ["parameter:dead_zone"])
+    narrow(answer, with_class(found, [], "explained"))
+    assert answer.accepted[0].ambiguity_group == []
 
 
-def answers_in_turn(monkeypatch, module, answers):
+def answers_in_turn(monkeypatch, answers):
     left = iter(answers)
-    monkeypatch.setattr(f"etb_hil.discrepancy.{module}.search", lambda *_, **__: next(left))
-    if module == "explain":  # the answers are made up: the record itself says another thing
-        monkeypatch.setattr("etb_hil.discrepancy.explain.weigh", lambda _: ())
+    monkeypatch.setattr("etb_hil.discrepancy.explain.search", lambda *_, **__: next(left))
 
 
 def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch, found, cogging_recording, tmp_path):
-    answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), with_class(found, OTHERS[:1])])
+    answers_in_turn(monkeypatch, [with_class(found, OTHERS), with_class(found, OTHERS[:1])])
     answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
     assert answer["causes"][0]["not_isolable_from"] == OTHERS[:1]
     assert answer["isolations"][0]["isolated_from"] == OTHERS[1:]
@@ -103,7 +100,7 @@ def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch
 
 
 def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_recording):
-    answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS)])
+    answers_in_turn(monkeypatch, [with_class(found, OTHERS)])
     answer = plain(explain([cogging_recording, cogging_recording], MODEL))
     assert answer["causes"][0]["not_isolable_from"] == OTHERS
     assert answer["isolations"] == []
@@ -111,7 +108,7 @@ def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_r
 
 def test_an_interrupted_look_at_another_recording_tells_nothing(monkeypatch, found, cogging_recording):
     in_part = replace(with_class(found, []), is_interrupted=True)
-    answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), in_part])
+    answers_in_turn(monkeypatch, [with_class(found, OTHERS), in_part])
     answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
     assert answer["causes"][0]["not_isolable_from"] == OTHERS
     assert answer["interrupted"] == "asking synthetic"
@@ -123,28 +120,18 @@ def plan():
     return plan_of("multisine", scenario, MODEL.values)
 
 
-def test_a_likely_competing_hypothesis_is_promised_to_be_parted_only_if_it_would_be_were_it_the_truth(
-    monkeypatch, found, plan
-):
+def test_a_plan_whose_record_excludes_the_others_whichever_of_two_is_true_is_the_next_test(found, plan):
     first = found.accepted[0]
-    answer = with_class(found, OTHERS[:1], refined=[first.winner, suspect(found, OTHERS[0])])
-    as_found, as_rival = (
-        with_class(found, []),
-        with_class(found, ["cogging_torque"], refined=answer.selection_steps[0].refined[1:]),
-    )
-    answers_in_turn(monkeypatch, "plan.next_test", [as_found, as_rival])
-    assert plain(next_test(answer, [plan]))["scenario"] is None
-    as_rival = with_class(found, [], refined=answer.selection_steps[0].refined[1:])
-    answers_in_turn(monkeypatch, "plan.next_test", [as_found, as_rival])
-    assert plain(next_test(answer, [plan]))["expected_separation"]["not_isolated"] == []
-
-
-def test_what_these_data_tell_apart_is_not_open_after_a_test_that_does_not(monkeypatch, found, plan):
-    answers_in_turn(monkeypatch, "plan.next_test", [with_class(found, OTHERS[1:])])
-    expected = plain(next_test(with_class(found, OTHERS[:1]), [plan]))["expected_separation"]
+    ripple = replace(first.compared[0], ids=("torque_ripple",), parameters=_with("torque_ripple", 0.1))
+    answer = with_class(found, OTHERS[:1], compared=(first.compared[0], ripple))
+    expected = plain(next_test(answer, [plan]))["expected_separation"]
     assert (expected["isolated"], expected["not_isolated"]) == (OTHERS[:1], [])
+    assert expected["value"] > 10.0
 
 
-def test_a_test_whose_record_would_not_be_explained_promises_nothing(monkeypatch, found, plan):
-    answers_in_turn(monkeypatch, "plan.next_test", [with_class(found, [], "unexplained")])
-    assert plain(next_test(with_class(found, OTHERS[:1]), [plan]))["scenario"] is None
+def _with(id_, strength):
+    p = MODEL.vector()
+    effect = CATALOGUE[id_]
+    p[effect.indices[0]] = strength
+    p[effect.place("order")] = 7.0
+    return p

@@ -20,5 +20,4 @@ def test_a_torque_that_is_missing_is_not_said_to_be_the_motor_constants():
     assert (own[0].balance, own[0].over, own[0].parity) == ("torque", "time", "odd")
     assert own[0].share > 0.8
     assert all(one.share < 0.02 for one in own if one.balance == "voltage")
-    assert findings.selection_steps[-1].refined[1].fit.cost > 0.5 * findings.selection_steps[-1].before.fit.cost
     assert next_test(findings) is None

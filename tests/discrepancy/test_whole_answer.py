@@ -17,7 +17,7 @@ from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.discrepancy.answer.consequence import consequence
-from etb_hil.discrepancy.answer.detection_limits import detection_limits
+from etb_hil.discrepancy.answer.detection_limits import LEAST_GAIN, detection_limits
 from etb_hil.discrepancy.answer.explanation import _size, causes, explanation
 from etb_hil.discrepancy.answer.pictures import pictures
 from etb_hil.discrepancy.answer.residual_curves import _coordinates
@@ -28,7 +28,6 @@ from etb_hil.discrepancy.fitting.intervals import Estimate
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import PERIOD, Plan
 from etb_hil.discrepancy.search.extended_model import calibrated_parameters, extended_model
-from etb_hil.discrepancy.search.rejection import LEAST_GAIN
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
@@ -213,7 +212,7 @@ def test_a_stop_just_below_the_sensors_zero_is_a_model_all_the_same(tmp_path):
 
 def still(name, seconds=6.0):
     count = round(seconds / PERIOD)
-    held = np.full(count, MODEL.values.limp_home + 0.3)
+    held = np.full(count, MODEL.values.limp_home)
     return Plan(name, np.full(count, int(Mode.POSITION)), held, np.zeros(count), np.zeros(count))
 
 

@@ -16,9 +16,10 @@ CAUSE = {
 }
 CANDIDATES = [
     {"selection_step": 1, "id": effect, "accepted": taken, "rejection": "", "probability": probability,
-     "residual_share": 0.03, "looks_like": "a loss", "check": "the bridge"}
-    for effect, taken, probability in (
-        ("hbridge_dead_time", True, None), ("brush_drop", False, 0.04), ("current_sensor_gain", False, 0.06),
+     "residual_share": 0.03, "looks_like": "a loss", "check": "the bridge", "evidence": evidence}
+    for effect, taken, probability, evidence in (
+        ("hbridge_dead_time", True, None, None), ("brush_drop", False, None, 812.3),
+        ("current_sensor_gain", False, 0.0, 28.9),
     )
 ]  # fmt: skip
 RESISTANCE = {
@@ -49,12 +50,12 @@ def test_each_cause_of_an_ambiguity_group_has_a_row_with_what_to_check(rows):
     assert said.startswith("These data cannot distinguish H-bridge dead time, brush drop and supply sag.")
 
 
-def test_no_probability_stands_beside_causes_that_cannot_be_distinguished(rows):
-    said = {row[0]: row[2] for row in rows if len(row) == 5 and row[1] == "1"}
+def test_causes_that_cannot_be_distinguished_are_said_to_be_that_beside_their_evidence(rows):
+    said = {row[0]: (row[2], row[4]) for row in rows if len(row) == 5 and row[1] == "1"}
     assert said == {
-        "H-bridge dead time": "not distinguished",
-        "brush drop": "not distinguished",
-        "current sensor gain": "6 %",
+        "H-bridge dead time": ("-", "in the model, but not distinguished"),
+        "brush drop": ("812 nat", "not distinguished"),
+        "current sensor gain": ("29 nat", "-"),
     }
 
 

@@ -20,7 +20,6 @@ from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
-from etb_hil.discrepancy.search.rejection import GROUP_GAIN
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
@@ -29,6 +28,9 @@ from etb_hil.results.explained.residual import DetectionLimit
 Float64 = NDArray[np.float64]
 
 _SIGMAS = 3.0
+LEAST_GAIN = 0.04  # of the squared residual, that an effect takes where it is detectable
+# Reduction by chance, in units of a group's noise floor: torque, voltage, angle; each on a stop, slow, sliding.
+_GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
 _CORRELATED = 4.0  # samples of the threshold-limited, coloured residual that are one independent value
 
 
@@ -40,15 +42,15 @@ def detection_limits(findings: Findings, least_gain: float) -> dict[str, Detecti
     is not `judged`: there is no limit, and `says` gives the reason. The limit of an effect of a place holds `where` the
     record went, and `says` so.
     """
-    if not findings.selection_steps:
+    if not findings.screened:
         return {}
     fit = findings.final.fit
     noise = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
     least = max(_SIGMAS**2 * noise**2 * _CORRELATED, least_gain * fit.cost)
     hidden = Masking(
-        findings, least, np.where(findings.samples >= LEAST_SAMPLES, findings.samples * GROUP_GAIN, np.inf)
+        findings, least, np.where(findings.samples >= LEAST_SAMPLES, findings.samples * _GROUP_GAIN, np.inf)
     )
-    asked = {one.candidate.id: one.candidate for each in findings.selection_steps for one in each.screened}
+    asked = {one.candidate.id: one.candidate for one in findings.screened}
     asked |= {each.winner.id: each.winner.candidate for each in findings.accepted}
     judged = [asked[id_] for id_ in CATALOGUE if id_ in asked]
     found = side_by_side(lambda one: _judged(findings, one, hidden), judged)

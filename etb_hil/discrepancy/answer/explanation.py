@@ -8,21 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from etb_hil.discrepancy.answer.detection_limits import detection_limits
+from etb_hil.discrepancy.answer.detection_limits import LEAST_GAIN, detection_limits
 from etb_hil.discrepancy.answer.holdout import Holdout
 from etb_hil.discrepancy.answer.instability import unstable_range
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.candidates.nonparametric import in_their_own_balances
-from etb_hil.discrepancy.candidates.refinement import LEAST_GAIN
 from etb_hil.discrepancy.fitting.free_run import CURRENT_ROLE, POSITION, SEGMENT_S
 from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
 from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
 from etb_hil.discrepancy.measured.regimes import REGIMES
 from etb_hil.discrepancy.plan.next_test import next_test
-from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.bench_numbers import bench_numbers
-from etb_hil.discrepancy.search.findings import Findings, SelectionStep
+from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
+from etb_hil.discrepancy.search.thresholds import excess
 from etb_hil.plant.component import Component, component_of_parameter
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -37,7 +36,6 @@ from etb_hil.results.explanation import ExplanationResult
 
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 _BALANCES = ("torque", "voltage", "angle")
-_SHARPNESS = 3.0  # a competing hypothesis at the ambiguity group margin is e^-3 as probable
 
 
 def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResult:
@@ -138,7 +136,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[Cause, .
         found.append(
             Cause(
                 id=winner.id,
-                probability=_probabilities(each)[winner.id],
+                probability=_probability(each, winner.id, is_cause=True),
                 not_isolable_from=tuple(each.ambiguity_group),
                 parameters=_parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
                 finer_in_model=_finer(each, numbers, whole),
@@ -206,43 +204,40 @@ def _finer(each: SelectionStep, numbers: dict[int, Estimate], whole: Vector) -> 
     return {one.name: float(whole[place]) for one, place in stated if place not in numbers and whole[place] != 0.0}
 
 
-def _probabilities(each: SelectionStep) -> dict[str, float | None]:
-    """Return the probability of each fitted candidate, by its cost.
-
-    Members of an ambiguity group have none (None): the data do not distinguish them.
-    """
-    group = {each.winner.id, *each.ambiguity_group} if each.ambiguity_group else set()
-    margin = max(decision.ambiguity_margin(each), 1e-6)
-    worse = np.array([np.log(r.fit.cost / each.winner.fit.cost) for r in each.refined])
-    weights = np.exp(-_SHARPNESS * worse / margin)
-    weights /= weights.sum()
-    return {r.id: None if r.id in group else float(w) for r, w in zip(each.refined, weights, strict=True)}
-
-
 def _candidates(findings: Findings) -> tuple[Candidate, ...]:
-    """Return every step's best candidates with the evidence for and against them."""
-    found = []
-    for number, each in enumerate(findings.selection_steps, 1):
-        probable = _probabilities(each)
-        for one in each.refined:
-            effect = one.candidate.effect
-            found.append(
-                Candidate(
-                    selection_step=number,
-                    id=one.id,
-                    accepted=bool(each.accepted) and one is each.winner,
-                    rejection=each.rejection if one is each.winner else "",
-                    probability=probable[one.id] if each.accepted else 0.0,
-                    residual_share=one.fit.cost / each.before.fit.cost,
-                    looks_like=effect.looks_like if effect else "a base parameter outside its tolerance",
-                    check=effect.check if effect else "check the parameter and its tolerance in the model file",
-                )
-            )
-    return tuple(found)
+    """Return every step's hypotheses with the evidence for and against them."""
+    return tuple(
+        _candidate(number, each, id_, one)
+        for number, each in enumerate(findings.selection_steps, 1)
+        for one in each.compared
+        for id_ in one.ids
+    )
+
+
+def _candidate(number: int, step: SelectionStep, id_: str, one: Compared) -> Candidate:
+    effect, is_winner = CATALOGUE.get(id_), one is step.compared[0]
+    return Candidate(
+        selection_step=number,
+        id=id_,
+        accepted=step.accepted and is_winner,
+        rejection=step.rejection if is_winner else "",
+        probability=_probability(step, id_, is_cause=is_winner),
+        evidence=one.evidence,
+        residual_share=one.misfit**2,
+        looks_like=effect.looks_like if effect else "a base parameter outside its tolerance",
+        check=effect.check if effect else "check the parameter and its tolerance in the model file",
+    )
+
+
+def _probability(step: SelectionStep, id_: str, *, is_cause: bool) -> float | None:
+    """Return 1 for a cause, 0 for what it excludes, None in an ambiguity group."""
+    if step.ambiguity_group and (is_cause or id_ in step.ambiguity_group):
+        return None
+    return float(step.accepted and is_cause)
 
 
 def _unexplained(findings: Findings) -> Unexplained:
-    over = decision.excess(findings.final_groups, findings.samples)
+    over = excess(findings.final_groups, findings.samples)
     where = [
         Excess(_BALANCES[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
         for k in np.argsort(-over)

@@ -16,12 +16,13 @@ from etb_hil.plant.physics import PARAMETERS
 
 # In a model file K_t, J and the like are the motor's: that is what a technician would correct.
 MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_inertia"}
+_OWN_NAME = {f"parameter:{stated}": f"parameter:{own}" for own, stated in MODEL_FILE_NAME.items()}
 # What a current per volt that changes is taken for, beside effects of the winding's voltage, where none was measured.
 _OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
 # Sliding friction and break-away friction are of the same contacts: what raises the first one raises the second.
 _GOES_WITH = {"coulomb": "stiction"}
 # Too small in any balance to be a cause.
-_TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
+TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ def candidates_for(
     found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
     for unknown in base:
         id_ = parameter_id(unknown.name)
-        is_candidate = id_ not in out and unknown.name not in _TOO_SMALL and not unknown.is_known
+        is_candidate = id_ not in out and unknown.name not in TOO_SMALL and not unknown.is_known
         if is_candidate and unknown.place < PARAMETERS:
             begins = met_before(unknown, balances) or (None,)
             found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
@@ -75,6 +76,16 @@ def candidates_for(
 def parameter_id(name: str) -> str:
     """Return the id under which a base parameter is a cause."""
     return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
+
+
+def own_name(id_: str) -> str:
+    """Return an id with a base parameter as the equations name it."""
+    return _OWN_NAME.get(id_, id_)
+
+
+def file_name(id_: str) -> str:
+    """Return an id with a base parameter as a model file names it."""
+    return parameter_id(id_.removeprefix("parameter:")) if id_.startswith("parameter:") else id_
 
 
 def _freed_jointly(unknown: Unknown, base: Iterable[Unknown], out: Container[str]) -> list[str]:

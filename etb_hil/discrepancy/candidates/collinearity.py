@@ -18,12 +18,8 @@ from etb_hil.plant.effects.effect import Balance
 
 Float64 = NDArray[np.float64]
 
-# Decision 0031. The same cosines without shared code: tests/hidden/test_generator_separability.py.
+# The same cosines without shared code: tests/hidden/test_generator_separability.py.
 COLLINEAR = 0.95
-# Share of an effect beside the base parameters below which they are its name, too. A fifth is meant, and a class too
-# wide is the side to err on.
-ABSORBED = 0.21
-_GOOD_SHARE = 0.15
 _NOTHING_LEFT = 0.02  # share of a column below which the base parameters are it
 _NOTHING = 1e-9
 
@@ -85,11 +81,6 @@ class Projector:
             inside = inside - freed @ (freed.T @ inside)
         return np.asarray(column - self._basis @ inside)
 
-    def cosine(self, column: Float64, of: frozenset[str]) -> float:
-        """Return the cosine of a sensitivity with the span of some parameters."""
-        span = np.linalg.qr(self._columns[:, [name in of for name in self._seen_names]])[0]
-        return float(np.linalg.norm(span.T @ column) / max(float(np.linalg.norm(column)), _NOTHING))
-
     def directions(self, raw: Float64, without: frozenset[str] = frozenset()) -> Float64:
         """Return an orthonormal basis (n, d) of sensitivities with the base projected out."""
         rest = np.column_stack([self.rest(column, without) for column in raw.T])
@@ -103,11 +94,3 @@ class Projector:
             left_out = np.eye(len(self._seen_names))[:, [name in without for name in self._seen_names]]
             self._freed[without] = np.linalg.qr(np.linalg.solve(self._triangle.T, left_out))[0]
         return self._freed[without]
-
-    def collinear_parameters(self, column: Float64, without: frozenset[str] = frozenset()) -> list[str]:
-        """Return the base parameters that reproduce a sensitivity; `without` are not used."""
-        used = np.array([name not in without for name in self._seen_names])
-        names = self._seen_names[used]
-        solved = np.linalg.lstsq(self._triangle[:, used], self._basis.T @ column, rcond=None)[0]
-        shares = np.abs(solved) / max(float(np.linalg.norm(column)), _NOTHING)
-        return [str(name) for name, share in zip(names, shares, strict=True) if share > _GOOD_SHARE]

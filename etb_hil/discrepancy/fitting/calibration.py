@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton, jacobian
+from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import (
     SLACK,
     Unknown,
@@ -94,21 +94,6 @@ def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Ba
             unknown.put(stated, 0.0)
     stated = _at_the_stops(stated, unknowns, balances)
     return [stated, _at_limp_home(stated.copy(), unknowns, balances), _met_early(stated.copy(), unknowns)]
-
-
-def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
-    """Return a calibration with parameters on a tolerance's edge reset to nominal.
-
-    None if there are none. A parameter on the edge may compensate for something that is missing.
-    """
-    whole = found.fit.whole.copy()
-    for unknown in found.unknowns:
-        if unknown.is_toleranced and unknown.is_on_edge(whole):
-            unknown.put(whole, 0.0)
-    if np.array_equal(whole, found.fit.whole):
-        return None
-    fit = fit_of(residual, whole)
-    return Calibration(found.unknowns, fit, jacobian(residual, fit, found.unknowns))
 
 
 def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:

@@ -69,10 +69,6 @@ class Unknown:
         lowest = (0.15 * self.centre - self.centre) / self.scale if self.centre > 0.0 else -WIDEST
         return replace(self, low=max(lowest, -6.0 * WIDEST), high=5.0 * WIDEST)
 
-    def within_tolerance(self) -> Unknown:
-        """Return a base parameter with its box at its tolerance."""
-        return replace(self, low=-SLACK, high=SLACK)
-
 
 def start(model: Model) -> Vector:
     """Return the whole vector as the model states it, without nuisances."""

@@ -5,24 +5,11 @@ The cause is in the ambiguity groups of both records.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.candidates.candidate import parameter_id
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.results.explained.causes import Isolation
 
 INFORMATIVE = ("explained", "ambiguous")  # verdicts of records whose ambiguity groups hold the cause
-
-
-def left_open(ids: Iterable[str], judged: SelectionStep) -> list[str]:
-    """Return those of some ids that a selection step does not exclude.
-
-    These are its own ambiguity group, and what it could not test. Every base parameter is tested for collinearity with
-    the cause, also those that are no candidates.
-    """
-    known = {one.candidate.id for one in judged.screened}
-    known |= {decision.parameter_id(unknown.name) for unknown in judged.before.unknowns}
-    return [id_ for id_ in ids if id_ not in known - {judged.winner.id, *judged.ambiguity_group}]
 
 
 def narrow(findings: Findings, other: Findings) -> tuple[Isolation, ...]:
@@ -38,10 +25,17 @@ def narrow(findings: Findings, other: Findings) -> tuple[Isolation, ...]:
         judged = next((r for r in other.accepted if each.winner.id in (r.winner.id, *r.ambiguity_group)), None)
         if judged is None:
             continue
-        left = left_open(each.ambiguity_group, judged)
-        gone = [id_ for id_ in each.ambiguity_group if id_ not in left]
+        gone = _excluded(each.ambiguity_group, judged, other)
         if gone:
             found.append(Isolation(each.winner.id, tuple(gone), other.balances[0].measured.origin))
-        each.ambiguity_group = left
-    findings.verdict = decision.verdict(findings)
+        each.ambiguity_group = [id_ for id_ in each.ambiguity_group if id_ not in gone]
+    if findings.verdict == "ambiguous" and not any(each.ambiguity_group for each in findings.accepted):
+        findings.verdict = "explained"
     return tuple(found)
+
+
+def _excluded(ids: list[str], judged: SelectionStep, other: Findings) -> list[str]:
+    """Return those of some ids that a record tested and excludes beside its cause."""
+    tested = {one.candidate.id for one in other.screened}
+    tested |= {parameter_id(unknown.name) for unknown in other.calibration.unknowns}
+    return [id_ for id_ in ids if id_ in tested - {judged.winner.id, *judged.ambiguity_group}]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from etb_hil.discrepancy.candidates.candidate import Candidate
-from etb_hil.discrepancy.candidates.refinement import Linearised, fit_finer_shapes
-from etb_hil.discrepancy.fitting.calibration import calibrate, residual_of
+from etb_hil.discrepancy.candidates.candidate import Candidate, parameter_id
+from etb_hil.discrepancy.candidates.refinement import Refined
+from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
 from etb_hil.discrepancy.fitting.noise_floor import group_means
-from etb_hil.discrepancy.search import decision
-from etb_hil.discrepancy.search.current_model import accept
+from etb_hil.discrepancy.fitting.unknowns import finer_unknowns
+from etb_hil.discrepancy.search.current_model import continue_from
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
+from etb_hil.discrepancy.search.thresholds import excess
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
 from etb_hil.results.explained.causes import MeasuredParameter
@@ -44,25 +45,26 @@ def accept_measured(findings: Findings) -> bool:
         known = known.knowing(one for one in off if one.id == id_)
         found = _step(findings, known, id_)
         findings.selection_steps.append(found)
-        accept(findings, found)
+        found.accepted = True
+        continue_from(findings, found.winner.fit.whole, found.winner.unknowns)
     return bool(off)
 
 
 def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     """Return the selection step of a measured cause; `known`: the model with it."""
     before, balances = findings.final, findings.balances
-    residual, segment = residual_of(balances), fold_of(balances)
+    segment = fold_of(balances)
     after = calibrate(known, balances)
     effect = CATALOGUE.get(id_)
     own = tuple(u for u in after.unknowns if effect is not None and u.place in effect.indices)
-    frees = next((u.name for u in after.unknowns if decision.parameter_id(u.name) == id_), "")
-    cause = Linearised(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns, after.jacobian)
-    groups = group_means(balances, cause.fit.whole)[0] / findings.final_noise_floor.level
-    if decision.excess(groups, findings.samples).sum() > 0.0:
-        cause = fit_finer_shapes(residual, cause, balances[0].load)
-        groups = group_means(balances, cause.fit.whole)[0] / findings.final_noise_floor.level
-    t = held_out(cause.fit, cause.jacobian, cause.unknowns, segment).t_against(
+    frees = next((u.name for u in after.unknowns if parameter_id(u.name) == id_), "")
+    groups = group_means(balances, after.fit.whole)[0] / findings.final_noise_floor.level
+    if effect is not None and effect.finer and excess(groups, findings.samples).sum() > 0.0:
+        more = [*after.unknowns, *finer_unknowns(effect, balances[0].load)]
+        after = calibrate(known, balances, after.fit.whole, more)
+        groups = group_means(balances, after.fit.whole)[0] / findings.final_noise_floor.level
+    t = held_out(after.fit, after.jacobian, after.unknowns, segment).t_against(
         held_out(before.fit, before.jacobian, before.unknowns, segment)
     )
-    found = cause.refined()
-    return SelectionStep(before, [], [found], findings.final_groups, groups, t, 0.0, found)
+    winner = Refined(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns)
+    return SelectionStep(before, winner, (), findings.final_groups, groups, t)

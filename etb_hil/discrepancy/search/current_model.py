@@ -8,22 +8,12 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import beginnings, calibrate
 from etb_hil.discrepancy.fitting.noise_floor import group_means, noise_floor_of, weigh
 from etb_hil.discrepancy.fitting.unknowns import Unknown
-from etb_hil.discrepancy.search import decision
-from etb_hil.discrepancy.search.findings import CurrentModel, Findings, SelectionStep
-from etb_hil.discrepancy.search.joint_parameter import split_joint
+from etb_hil.discrepancy.search.findings import CurrentModel, Findings
+from etb_hil.discrepancy.search.thresholds import excess
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
 _CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
-
-
-def accept(findings: Findings, found: SelectionStep) -> None:
-    """Make a step's winner, and its jointly freed parameter, part of the model."""
-    partners = split_joint(findings, found)
-    continue_from(findings, found.winner.fit.whole, found.winner.unknowns)
-    for each in (found, *partners):
-        each.accepted = True
-    findings.selection_steps += partners
 
 
 def continue_from(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
@@ -55,10 +45,4 @@ def _current_model(
     calibration = calibrate(model, balances, whole, unknowns, iterations)
     means, samples = group_means(balances, calibration.fit.whole)
     groups = means / noise_floor.level
-    return CurrentModel(calibration, noise_floor, groups), float(decision.excess(groups, samples).sum())
-
-
-def restore(findings: Findings, current_model: CurrentModel) -> None:
-    """Restore an earlier model of the search."""
-    findings.current_model = current_model
-    weigh(findings.balances, current_model.noise_floor.level)
+    return CurrentModel(calibration, noise_floor, groups), float(excess(groups, samples).sum())

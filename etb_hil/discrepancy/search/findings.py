@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,38 +14,50 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
 from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A hypothesis that was compared.
+
+    `ids`: of one cause, or of parameters that leave their tolerances together.
+
+    `evidence` in nats over the model before it. `misfit`: what it leaves (`etb_hil.hypotheses.comparison`), as a share
+    of that before it. `parameters`: the whole vector of its fit.
+    """
+
+    ids: tuple[str, ...]
+    evidence: float
+    misfit: float
+    parameters: Vector
+
+
 @dataclass(slots=True)
 class SelectionStep:
-    """One selection step: the model before it, the candidates screened and fitted.
+    """One step of a search: the model before it, and the hypotheses compared.
 
-    `best_finer_shapes`: the winner with the finer shapes that fit best. `ambiguity_group`: ids that are not isolable
+    `winner`: the likeliest one, fitted in the balances. `compared`: all hypotheses, the winner first; none
+    where it was measured at the bench. `before_groups`, `after_groups`: each group's mean square over its noise floor.
+    `t`: Student's t of the winner over held-out segments. `ambiguity_group`: ids that the record does not distinguish
     from it. `rejection`: why the winner is no cause.
     """
 
     before: Calibration
-    screened: list[Screened]
-    refined: list[Refined]
+    winner: Refined
+    compared: tuple[Compared, ...]
     before_groups: Float64
     after_groups: Float64
     t: float
-    healthy_gain: float
-    best_finer_shapes: Refined
     ambiguity_group: list[str] = field(default_factory=list)
     accepted: bool = False
-    rejection: str = ""  # why the winner is no cause
-
-    @property
-    def winner(self) -> Refined:
-        """The candidate with the smallest residual."""
-        return self.refined[0]
+    rejection: str = ""
 
     @property
     def gain(self) -> float:
-        """Share of the squared residual that the winner explains."""
+        """Share of the squared residual of the balances that the winner explains."""
         return 1.0 - self.winner.fit.cost / self.before.fit.cost
 
 
@@ -64,8 +75,8 @@ class Findings:
     """Findings of a search: the `selection_steps` in order, and the models.
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
-    causes. `rest`: what nonparametric terms explain of the residual; `curve`: the largest share that one explains given
-    parametric faults alone.
+    causes. `screened`: all candidates that these data can show, linear about the calibrated model. `rest`: what
+    nonparametric terms explain of the residual.
     """
 
     model: Model
@@ -76,15 +87,10 @@ class Findings:
     current_model: CurrentModel
     first_groups: Float64
     samples: NDArray[np.int64]
+    screened: list[Screened] = field(default_factory=list)
     rest: list[NonparametricTerm] = field(default_factory=list)
-    curve: float = 0.0
     verdict: str = ""
     is_interrupted: bool = False
-
-    def start_here(self) -> None:
-        """Make the current model the one that the search began with."""
-        self.calibration, self.noise_floor = self.current_model.calibration, self.current_model.noise_floor
-        self.first_groups = self.current_model.groups
 
     @property
     def final(self) -> Calibration:
@@ -105,9 +111,3 @@ class Findings:
     def accepted(self) -> list[SelectionStep]:
         """The selection steps whose winner was accepted."""
         return [r for r in self.selection_steps if r.accepted]
-
-
-def siblings(accepted: Sequence[SelectionStep]) -> frozenset[str]:
-    """Return the declared look-alikes of accepted causes."""
-    effects = (each.winner.candidate.effect for each in accepted)
-    return frozenset(id_ for effect in effects if effect is not None for id_ in effect.look_alikes)

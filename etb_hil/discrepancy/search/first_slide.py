@@ -12,9 +12,9 @@ import numpy as np
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.noise_floor import group_means, weigh
-from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.current_model import current_model_near
 from etb_hil.discrepancy.search.findings import CurrentModel
+from etb_hil.discrepancy.search.thresholds import beyond_chance, excess
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
@@ -50,4 +50,4 @@ def _against(current_model: CurrentModel, balances: Sequence[Balances], whole: V
     """Return the significant excess over the thresholds, in noise-floor samples."""
     means, samples = group_means(balances, whole)
     groups = means / current_model.noise_floor.level
-    return float(decision.excess(groups, np.where(decision.beyond_chance(groups, samples), samples, 0)).sum())
+    return float(excess(groups, np.where(beyond_chance(groups, samples), samples, 0)).sum())

@@ -8,11 +8,12 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns
-from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.plant.effects.catalogue import acting_at
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.port import Port
+
+_AS_WELL = 0.05  # of log cost: fits that differ by less leave the same
 
 
 def consider_force_scale(findings: Findings) -> None:
@@ -29,6 +30,8 @@ def consider_force_scale(findings: Findings) -> None:
         if replaced and _fits_as_well(findings, replaced, scale):
             for each in replaced:
                 each.ambiguity_group.append(scale.id)
+            if findings.verdict == "explained":
+                findings.verdict = "ambiguous"
             return
 
 
@@ -48,4 +51,4 @@ def _fits_as_well(findings: Findings, replaced: Sequence[SelectionStep], effect:
     whole[list(gone)] = 0.0
     kept = [stated.get(unknown.name, unknown) for unknown in findings.final.unknowns if unknown.place not in gone]
     scaled = calibrate(findings.model, findings.balances, whole, [*kept, scale])
-    return bool(np.log(scaled.fit.cost / findings.final.fit.cost) < decision.AMBIGUITY_MARGIN)
+    return bool(np.log(scaled.fit.cost / findings.final.fit.cost) < _AS_WELL)

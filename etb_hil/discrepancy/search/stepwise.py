@@ -1,38 +1,32 @@
-"""Stepwise selection of causes.
+"""The search for what a model lacks in its measurements.
 
-Calibrate, find the noise floor of the case, test every candidate, and accept one cause after another.
+Calibrate by the balances, find the noise floor of the case, and accept the causes that the likelihood finds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-import numpy as np
-
+from etb_hil.discrepancy.candidates.candidate import candidates_for
 from etb_hil.discrepancy.candidates.nonparametric import NonparametricTerm, beyond_tolerances, nonparametric_terms
+from etb_hil.discrepancy.candidates.screening import Linear, screen
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.fitting.calibration import calibrate, residual_of
 from etb_hil.discrepancy.fitting.noise_floor import group_means
-from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.bench_numbers import accept_measured
-from etb_hil.discrepancy.search.current_model import accept, current_model_near
-from etb_hil.discrepancy.search.findings import Findings, SelectionStep
+from etb_hil.discrepancy.search.causes import accept_likely
+from etb_hil.discrepancy.search.current_model import current_model_near
+from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.first_slide import after_first_slide
 from etb_hil.discrepancy.search.force_scale import consider_force_scale
 from etb_hil.discrepancy.search.interruption import Interrupted
-from etb_hil.discrepancy.search.joint_causes import (
-    accept_by_replacing,
-    accept_if_jointly_significant,
-    accept_with_another,
-)
-from etb_hil.discrepancy.search.reconsideration import consider_drift, drop_if_idle, reconsider
-from etb_hil.discrepancy.search.rejection import is_rejected_as_shared_only, reason_to_reject
-from etb_hil.discrepancy.search.selection import Progress, accepted_ids, selection_step
+from etb_hil.discrepancy.search.thresholds import excess
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
-_MOST_CAUSES = 3
+Progress = Callable[[str], None]
+
 _ITERATIONS = 10  # of the calibration, before anything is tested
 
 
@@ -57,14 +51,20 @@ def search(
     findings = Findings(
         model, segments, calibration, current_model.noise_floor, [], current_model, current_model.groups, samples
     )
+    out = [*without, *(entry.id for entry in model.effects)]
     with _interruptible(findings):
-        _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
-        consider_drift(findings)
+        known = candidates_for(segments, calibration.unknowns, out)
+        findings.screened = screen(
+            residual_of(segments), Linear.of(calibration), known, lambda id_: progress(f"trying {id_}")
+        )
+        accept_measured(findings)
+        findings.verdict = accept_likely(findings, out, progress)
         consider_force_scale(findings)
     with _interruptible(findings):
         findings.rest = _rest(findings)
-        findings.curve = _curve(findings)
-    findings.verdict = decision.verdict(findings)
+    if findings.is_interrupted:
+        is_left = excess(findings.first_groups, findings.samples).any()
+        findings.verdict = "unexplained" if is_left else "insufficient_data"
     return findings
 
 
@@ -83,55 +83,3 @@ def _rest(findings: Findings) -> list[NonparametricTerm]:
     found = nonparametric_terms(findings.balances, final.fit.whole[:EXTENDED], final.jacobian, final.fit.residual)
     found.append(beyond_tolerances(final.jacobian, final.fit, final.unknowns))
     return sorted(found, key=lambda nameless: -nameless.share)
-
-
-def _curve(findings: Findings) -> float:
-    """Return the largest share of a nonparametric term given parametric faults alone."""
-    if not findings.accepted or any(found.winner.candidate.effect for found in findings.accepted):
-        return 0.0
-    final = findings.final
-    groups = np.concatenate([b.judged_groups() for b in findings.balances])
-    counts = (groups >= 0) & ~decision.LOOSE[np.maximum(groups, 0)]
-    found = nonparametric_terms(
-        findings.balances, final.fit.whole[:EXTENDED], final.jacobian, final.fit.residual, counts
-    )
-    return max((spline.share for spline in found), default=0.0)
-
-
-def _look(findings: Findings, without: Sequence[str], progress: Progress) -> None:
-    """Accept what was measured at the bench, and then one cause after another."""
-    if accept_measured(findings) and not decision.is_more_missing(findings):
-        return
-    without = list(without)
-    while len(findings.accepted) < _MOST_CAUSES:
-        found = selection_step(findings, [*without, *accepted_ids(findings.accepted)], progress)
-        findings.selection_steps.append(found)
-        found.rejection = reason_to_reject(found, findings)
-        if not found.rejection:
-            accept(findings, found)
-            if drop_if_idle(findings, found):
-                without.append(found.winner.id)
-        elif (
-            accept_by_replacing(found, findings, without, progress)
-            or accept_if_jointly_significant(found, findings, without, progress)
-            or (len(findings.accepted) + 2 <= _MOST_CAUSES and accept_with_another(found, findings, without, progress))
-        ):
-            found.rejection = ""
-        elif is_rejected_as_shared_only(found, findings):
-            accept(findings, found)  # the doubt stays: what is named beside it is named without confidence
-        else:
-            _share_ambiguity_groups(findings, found)
-            return
-        if not findings.accepted:
-            continue
-        if decision.is_more_missing(findings):
-            reconsider(findings, without, progress)
-        if not decision.is_more_missing(findings):
-            return
-
-
-def _share_ambiguity_groups(findings: Findings, rejection: SelectionStep) -> None:
-    """Add a rejected candidate to the ambiguity groups of causes in its own."""
-    for each in findings.accepted:
-        if each.winner.id in rejection.ambiguity_group and rejection.winner.id not in each.ambiguity_group:
-            each.ambiguity_group.append(rejection.winner.id)

@@ -46,7 +46,7 @@ def misstatements(effect: Effect, others: Mapping[str, Effect]) -> list[str]:
     found += [f"`{name}` is empty" for name in _TEXTS if not str(getattr(effect, name)).strip()]
     found += _of_parameters(effect)
     found += _of_terms(effect)
-    for name in (*effect.look_alikes, *effect.in_part_like, *effect.without_current_like):
+    for name in (*effect.look_alikes, *effect.without_current_like):
         if name not in others and name.partition(":")[0] != "parameter":
             found.append(f"look-alikes must be effects, or parameter:NAME (got {name})")
     strengths = {effect.parameters[k].name for k in effect.strengths}

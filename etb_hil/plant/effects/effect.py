@@ -156,14 +156,13 @@ class Effect:
 
     `parameters` are what a search fits. `finer`: shapes behind them, 0 for the plain curve, without which a cause is
     found all the same; a last fit in free run alone moves them. `is_one_way`: there is none below zero; what its bounds
-    leave there keeps a fit off them. `curve_over`: it stands for any curve over that coordinate (`angle`, `velocity`).
+    leave there keeps a fit off them.
 
     `name` stands in reports where the id with spaces is not the effect's name. `check` and `separated_by` are
     instructions to a technician, in the imperative. `component` is the one that it sits in, where its ports do not say
     so. `look_alikes`: effects (`id`) and base parameters (`parameter:name`) that are hard to distinguish from it.
-    `in_part_like`: effects that it cannot be distinguished from where less than a period of it is seen.
-    `without_current_like`: likewise where no current was measured. `by_bench`: how its strengths are measured at the
-    bench, with the uncertainty of each.
+    `without_current_like`: effects that it cannot be distinguished from where no current was measured. `by_bench`: how
+    its strengths are measured at the bench, with the uncertainty of each.
     """
 
     id: str
@@ -187,8 +186,6 @@ class Effect:
     limits: str = ""
     is_one_way: bool = False
     is_of_place: bool = False
-    curve_over: str = ""
-    in_part_like: tuple[str, ...] = ()
     without_current_like: tuple[str, ...] = ()
     by_bench: tuple[str, Mapping[str, float]] = field(default=("", {}))
     laws: tuple[Law, ...] = ()
@@ -223,24 +220,6 @@ class Effect:
         """Places, among the parameters, of the strengths that a search tries."""
         return tuple(k for k in self.strengths if self.parameters[k].starts)
 
-    @property
-    def orders(self) -> tuple[int, ...]:
-        """The indices of shapes that say how often a wave comes in a turn.
-
-        They are those in the extended vector.
-        """
-        return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.unit == "1/turn")
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Where the shapes that are whole numbers in a motor stand in the extended vector."""
-        return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.is_count)
-
-    @property
-    def widths(self) -> tuple[int, ...]:
-        """Where the shapes that are widths stand in the extended vector."""
-        return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.is_width)
-
     def place(self, name: str) -> int:
         """Return the index of a parameter in the extended vector, by its name."""
         return row(self.id) + [parameter.name for parameter in self.stated].index(name)
@@ -258,14 +237,6 @@ class Effect:
     def is_of_friction(self) -> bool:
         """Whether it changes friction: its level, its curve, or the viscosity."""
         return self.acts_at(*FRICTION)
-
-    @property
-    def is_of_one_motor_constant(self) -> bool:
-        """Whether it changes torque and back-EMF constant equally.
-
-        The field of the magnets does.
-        """
-        return self.at(Port.TORQUE_SHARE) == self.at(Port.BACK_EMF_SHARE) != ()
 
 
 @cache

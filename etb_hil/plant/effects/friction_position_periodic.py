@@ -59,5 +59,4 @@ EFFECT = Effect(
         finer("evenness", "1", -0.5, 1.5, "e: 1 the break-away's surplus is equal all over the turn", 0.25),
     ),
     terms={Port.FRICTION_SHARE: share},
-    in_part_like=("friction_position_local",),
 )

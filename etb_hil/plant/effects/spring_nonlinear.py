@@ -48,6 +48,5 @@ EFFECT = Effect(
     ),
     terms={Port.SPRING_TORQUE: torque},
     needs=frozenset({Need.THROTTLE}),
-    curve_over="angle",
     by_bench=(BenchMeasurement.SPRINGS, {"quadratic": 0.005, "cubic": 0.005, "quartic": 0.005}),
 )

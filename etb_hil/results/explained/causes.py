@@ -69,7 +69,7 @@ class Cause:
     id: str
     """Id of an effect, or `parameter:NAME` for a parametric fault."""
     probability: float | None
-    """Probability among the fitted candidates; null for a cause in an ambiguity group."""
+    """1 for a cause that stands alone; null for one in an ambiguity group."""
     not_isolable_from: tuple[str, ...]
     """Ids of the other members of the ambiguity group."""
     parameters: Mapping[str, ParameterEstimate]
@@ -88,8 +88,7 @@ class Cause:
 class Candidate:
     """A candidate cause of a selection step, with the evidence for and against it.
 
-    `residual_share` is the residual sum of squares with it, over that without it. `rejection` says which criterion
-    rejected it.
+    `residual_share` is the square of the misfit with it, over that without it. `rejection` says why it is no cause.
     """
 
     selection_step: int
@@ -99,15 +98,17 @@ class Candidate:
     accepted: bool
     """Whether the candidate was accepted as a cause."""
     rejection: str
-    """Criterion that rejected the candidate; empty for others."""
+    """Why the step's likeliest candidate was rejected; empty for others."""
     probability: float | None
-    """Probability among the step's candidates; null in an ambiguity group, 0 where none was accepted."""
+    """1 for a cause, 0 for an excluded candidate; null in an ambiguity group."""
     residual_share: float
-    """Residual sum of squares with the candidate over that without it."""
+    """Square of the misfit with the candidate over that without it."""
     looks_like: str
     """Symptom of the effect."""
     check: str
     """What to check at the unit."""
+    evidence: float | None = None
+    """Log-evidence over the model without it, in nats; null in earlier answers."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,161 @@
+"""Accept the causes that the likelihood of the whole record finds.
+
+The likelihood decides; the balances fit what was decided, for sizes, intervals and pictures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from etb_hil.discrepancy.candidates.candidate import (
+    Candidate,
+    beyond_judging,
+    candidates_for,
+    file_name,
+    own_name,
+    parameter_id,
+    unjudged,
+)
+from etb_hil.discrepancy.candidates.refinement import Refined, unknowns_of
+from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
+from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
+from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.noise_floor import group_means
+from etb_hil.discrepancy.measured.filter_record import as_record
+from etb_hil.discrepancy.search.current_model import continue_from
+from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
+from etb_hil.discrepancy.search.thresholds import rejects
+from etb_hil.estimation.record import joined
+from etb_hil.hypotheses.comparison import Hypothesis
+from etb_hil.hypotheses.constants import PARAMETER
+from etb_hil.hypotheses.search import Step, searched
+from etb_hil.hypotheses.terms import DRIFT
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import Vector
+
+_ITERATIONS = 10
+_DRIFTS = "friction changes along the record, but does not follow the temperature"
+_IDLE = "with the other causes it is not needed"
+
+
+def accept_likely(findings: Findings, without: Sequence[str], progress: Callable[[str], None]) -> str:
+    """Accept what the record needs beside the model, and return the verdict.
+
+    `without`: ids that are not tried.
+
+    What has no cause and exceeds no balance of a healthy device is no fault of the model: the likelihood also sees what
+    a bench does between its samples.
+    """
+    balances = findings.balances
+    made = joined([as_record(b.measured, findings.model) for b in balances])
+    tested = candidates_for(balances, findings.final.unknowns, without)
+    names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(tested)
+    out = [*without, *beyond_judging(balances), *map(own_name, names)]
+    found = searched(made, findings.model, out, progress)
+    for step in found.causes:
+        _accept(findings, step)
+    for step in found.steps:
+        accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
+        named = [one for one in step.hypotheses if one.ids != (DRIFT,) and not accepted & set(one.ids)]
+        if named and not accepted & set(step.best.ids):
+            findings.selection_steps.append(_rejected(findings, step, named[0]))
+    if found.is_interrupted:
+        raise KeyboardInterrupt
+    if not found.needed and not rejects(findings.final_groups, findings.samples):
+        return "explained" if findings.accepted else "adequate"
+    if not findings.accepted or found.verdict == "unexplained":
+        return found.verdict
+    return "ambiguous" if any(each.ambiguity_group for each in findings.accepted) else "explained"
+
+
+def _accept(findings: Findings, step: Step) -> None:
+    """Accept a cause; parameters that leave their tolerances together are one each."""
+    ids = [file_name(id_) for id_ in step.best.ids]
+    group = {file_name(id_) for one in step.group for id_ in one.ids}
+    group.update(id_ for each in ids for id_ in unjudged(findings.balances, each))
+    before = findings.final
+    winner, t = _fitted(findings, before, step.best)
+    for k, id_ in enumerate(ids):
+        candidate = replace(winner.candidate, id=id_, frees=_name_of(step.best.ids[k]), also_frees="")
+        found = _step(findings, before, replace(winner, candidate=candidate), t, step)
+        found.compared = () if k > 0 else found.compared  # what was compared is one step's
+        found.ambiguity_group = sorted(group - set(ids))
+        found.accepted = True
+        findings.selection_steps.append(found)
+    continue_from(findings, winner.fit.whole, winner.unknowns)
+
+
+def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep:
+    """Return the step of a hypothesis that is no cause."""
+    found = _step(findings, findings.final, *_fitted(findings, findings.final, best), step)
+    left = best.misfit / step.misfit
+    if step.best is not best:
+        found.rejection = _DRIFTS
+    elif left > step.share:
+        found.rejection = f"leaves {100.0 * left:.0f} % of the misfit; {100.0 * step.share:.0f} % are the most here"
+    else:
+        found.rejection = _IDLE
+    return found
+
+
+def _step(findings: Findings, before: Calibration, winner: Refined, t: float, step: Step) -> SelectionStep:
+    balances = findings.balances
+    groups = group_means(balances, winner.fit.whole)[0] / findings.final_noise_floor.level
+    compared = tuple(
+        Compared(
+            tuple(file_name(id_) for id_ in one.ids),
+            one.evidence,
+            one.misfit / step.misfit,
+            one.fit.parameters[:EXTENDED],
+        )
+        for one in step.hypotheses
+        if one.ids != (DRIFT,)
+    )
+    return SelectionStep(before, winner, compared, findings.final_groups, groups, t)
+
+
+def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[Refined, float]:
+    """Return a hypothesis fitted in the balances, from where the likelihood has it.
+
+    The second value is Student's t of what it explains of held-out segments.
+    """
+    residual, load = residual_of(findings.balances), findings.balances[0].load
+    candidate = _candidate(findings, before, best)
+    near = before.fit.whole.copy()
+    near[:EXTENDED] = best.fit.parameters[:EXTENDED]
+    fits = []
+    for begin in (near, _moved(before.fit.whole, near, best)):
+        unknowns = unknowns_of(before.unknowns, candidate, begin, load)
+        fits.append((*gauss_newton(residual, fit_of(residual, begin), unknowns, _ITERATIONS), unknowns))
+    fit, jacobian, unknowns = min(fits, key=lambda one: one[0].cost)
+    segment = fold_of(findings.balances)
+    without = held_out(before.fit, before.jacobian, before.unknowns, segment)
+    return Refined(candidate, fit, unknowns), held_out(fit, jacobian, unknowns, segment).t_against(without)
+
+
+def _moved(base: Vector, near: Vector, best: Hypothesis) -> Vector:
+    """Return a base with what is a hypothesis' own."""
+    found = base.copy()
+    if best.effect is not None:
+        found[list(best.effect.stated_indices)] = near[list(best.effect.stated_indices)]
+    for one in best.fit.unknowns:
+        if PARAMETER + one.name in best.ids:
+            one.put(found, near[one.place])
+    return found
+
+
+def _candidate(findings: Findings, before: Calibration, best: Hypothesis) -> Candidate:
+    """Return the candidate of the balances that a hypothesis is, in its shape."""
+    first = best.ids[0]
+    if first not in CATALOGUE:
+        names = [_name_of(id_) for id_ in best.ids]
+        return Candidate(file_name(first), None, (), (), names[0], also_frees=names[1] if len(names) > 1 else "")
+    shape = tuple(float(best.fit.parameters[place]) for place in CATALOGUE[first].indices)
+    known = candidates_for(findings.balances, before.unknowns)[first][0]
+    return replace(known, shape=shape)
+
+
+def _name_of(id_: str) -> str:
+    return id_.removeprefix(PARAMETER) if id_.startswith(PARAMETER) else ""

@@ -1,0 +1,340 @@
+"""Search for what a model lacks in a record, by the likelihood alone.
+
+Calibrate, rank every hypothesis by one linear pass, fit the first ones, and accept the likeliest if it matters; then
+look for another cause beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etb_hil.estimation.calibration import Fitted, calibrated, climbed, settled
+from etb_hil.estimation.filtering import filtered
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.unknown import Unknown, base_unknowns
+from etb_hil.hypotheses.candidates import Candidate, as_seen, candidates, unknowns_of
+from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit, unknowns_with
+from etb_hil.hypotheses.constants import (
+    EQUIVALENT_PARAMETER,
+    EQUIVALENT_SHAPE,
+    FITTED,
+    GAIN,
+    GIVES_WAY,
+    HOPELESS,
+    MATERIAL,
+    MOST_CAUSES,
+    NEEDED,
+    NOTHING,
+    OFFSET,
+    PARAMETER,
+    PARTS,
+    SEARCHED,
+)
+from etb_hil.hypotheses.linear import Start, ranked
+from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift, bench_unknowns, with_room, with_terms
+from etb_hil.plant.device_effects import effects_of
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import INDUCTANCE, STOP_HIGH, STOP_LOW
+from etb_hil.recording.samples import Float64
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What was compared beside the causes before it, the best first.
+
+    `before`: the fit without any of them. `misfit` is that of `before`. `share`: of that, what a cause may leave.
+    `is_material`: whether the best one leaves so little, or is the likeliest only.
+    """
+
+    before: Fitted
+    misfit: float
+    hypotheses: tuple[Hypothesis, ...]
+    share: float
+    is_material: bool
+
+    @property
+    def best(self) -> Hypothesis:
+        """The hypothesis that the search goes on with."""
+        return self.hypotheses[0]
+
+    @property
+    def group(self) -> tuple[Hypothesis, ...]:
+        """The other hypotheses with a name that the best does not exclude.
+
+        Where the best one matters only beside a later cause, no misfit tells yet. What is not equivalent to it takes
+        less of its evidence than the square of a cosine of 0.95.
+        """
+        others = [one for one in self.hypotheses[1:] if one.ids != (DRIFT,)]
+        if not self.is_material:
+            least = (1.0 - EQUIVALENT_SHAPE**2) * self.best.evidence
+            return tuple(one for one in others if one.evidence > least)
+        return tuple(one for one in others if not self.best.excludes(one) and one.evidence > GAIN)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The steps of a search, and those of what the record needs, named or not."""
+
+    calibrated: Fitted
+    steps: tuple[Step, ...]
+    needed: tuple[Step, ...]
+    is_interrupted: bool = False
+
+    @property
+    def causes(self) -> tuple[Step, ...]:
+        """The steps of the causes that have a name."""
+        return tuple(step for step in self.needed if step.best.ids != (DRIFT,))
+
+    @property
+    def final(self) -> Fitted:
+        """The model with all that the record needs."""
+        return self.needed[-1].best.fit if self.needed else self.calibrated
+
+    @property
+    def verdict(self) -> str:
+        """What the search comes to: adequate, explained, ambiguous, or unexplained."""
+        left = misfit(self.final)
+        if left < NOTHING and not self.needed:
+            return "adequate"
+        is_named = self.needed and len(self.causes) == len(self.needed)
+        if not is_named or left > max(NOTHING, EQUIVALENT_SHAPE * misfit(self.calibrated)):
+            return "unexplained"
+        return "ambiguous" if any(step.group for step in self.causes) else "explained"
+
+
+def searched(
+    whole: Record, model: Model, without: Sequence[str] = (), progress: Callable[[str], None] = lambda _: None
+) -> Found:
+    """Return what a record needs beside a model; `without`: ids that are not tried.
+
+    Where the residual may be of the shape of a cause, another one has to explain all but little of it.
+    """
+    record, effects, first = _begun(whole, model)
+    steps: list[Step] = []
+    is_interrupted = False
+    try:
+        for step in _steps(record, first, effects, without, progress):
+            steps.append(step)  # noqa: PERF402 (an interrupt keeps what was found)
+    except KeyboardInterrupt:
+        is_interrupted = True
+    causes = list(steps)
+    while causes and not causes[-1].is_material:
+        causes.pop()
+    needed = causes if is_interrupted else _needed(record, first, causes, effects)
+    return Found(first, tuple(steps), tuple(needed), is_interrupted)
+
+
+def _steps(
+    record: Record,
+    first: Fitted,
+    effects: Mapping[str, Effect],
+    without: Sequence[str],
+    progress: Callable[[str], None],
+) -> Iterator[Step]:
+    """Return one step after another, each beside the best of those before it."""
+    before, steps = first, list[Step]()
+    while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else NOTHING):
+        progress(f"looking for a cause beside {_named(steps)}" if steps else "looking for a cause")
+        is_doubted = _may_be_its_shape(steps)
+        out = {*without, *_other_shapes(steps)}
+        step = stepped(record, before, effects, out, EQUIVALENT_PARAMETER if is_doubted else NEEDED)
+        if step is None:
+            return
+        yield step
+        steps.append(step)
+        before = step.best.fit
+        if is_doubted and not step.is_material:
+            return
+
+
+def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, without: Sequence[str] = ()) -> Step | None:
+    """Return the likeliest hypotheses about a record, of some `ids` where given.
+
+    None where none of them is likelier than the model; `without`: ids that are not tried.
+    """
+    record, effects, before = _begun(whole, model)
+    known = {DRIFT, *effects, *(PARAMETER + one.name for one in before.unknowns)}
+    out = {id_ for id_ in known if ids is not None and id_ not in ids}
+    out |= {*without, *(entry.id for entry in model.effects)}
+    return stepped(record, before, effects, out)
+
+
+def _begun(whole: Record, model: Model) -> tuple[Record, dict[str, Effect], Fitted]:
+    """Return what is searched of a record, all effects, and the calibrated model."""
+    record = with_terms(whole.thinned(SEARCHED, PARTS))
+    effects = as_seen(record, effects_of(model), model.values.gear_ratio)
+    base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
+    unknowns = [*base, *bench_unknowns(record), *_stated(model, effects_of(model))]
+    return record, effects, calibrated(record, with_room(model.vector()), unknowns)
+
+
+def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
+    """Return a base parameter with the tolerance that a bench gives it.
+
+    A voltage that is sampled beside its changes is an inductance that is off by that time times the resistance.
+    """
+    if unknown.place != INDUCTANCE:
+        return unknown
+    reach = unknown.reach + OFFSET * float(np.median(record.dt)) * model.values.resistance
+    return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
+
+
+def _named(steps: Sequence[Step]) -> str:
+    return " and ".join(id_ for step in steps for id_ in step.best.ids)
+
+
+def _stated(model: Model, effects: Mapping[str, Effect]) -> list[Unknown]:
+    """Return the unknowns of the model file's own effects, as well as they are known."""
+    found, vector = [], model.vector()
+    for effect in (effects[entry.id] for entry in model.effects):
+        strengths = [effect.indices[k] for k in effect.strengths]
+        measured = {one.name: one for one in model.measured.values() if one.id == effect.id}
+        for unknown in unknowns_of(effect, vector) if vector[strengths].any() else ():
+            if known := measured.get(unknown.name):
+                half = known.uncertainty
+                found.append(replace(unknown, mean=known.value, deviation=half / np.sqrt(3.0), reach=half))
+            elif not measured or unknown.place not in strengths:
+                found.append(unknown)
+    return found
+
+
+def _may_be_its_shape(steps: Sequence[Step]) -> bool:
+    """Tell whether the residual may be there because the shape is not quite ours."""
+    if not steps or not steps[-1].is_material:
+        return False
+    last = steps[-1]
+    equivalent = EQUIVALENT_PARAMETER if last.best.is_of_numbers else EQUIVALENT_SHAPE
+    return last.best.misfit < equivalent * last.misfit
+
+
+def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]) -> list[Step]:
+    """Return causes without those that do not matter beside the later ones."""
+    found = list(causes)
+    for k in reversed(range(len(causes) - 1)):
+        later = found[k + 1 :]
+        if not later:
+            continue
+        before = fit = found[k - 1].best.fit if k > 0 else first
+        anew: list[Step] = []
+        for step in later:
+            one = fitted(record, fit, step.best.ids, _with(fit, step.best), effects)
+            compared = step if anew else found[k]  # beside fewer causes
+            competing = [other for other in compared.hypotheses if other.ids != one.ids]
+            anew.append(Step(fit, misfit(fit), (one, *competing), NEEDED, is_material=True))
+            fit = one.fit
+        if misfit(found[-1].best.fit) > NEEDED * misfit(fit):
+            found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
+    return found
+
+
+def _other_shapes(steps: Sequence[Step]) -> set[str]:
+    """Return causes, and what beside one would be the same cause in another shape."""
+    return {id_ for step in steps for one in (step.best, *step.group) for id_ in one.ids}
+
+
+def _with(fit: Fitted, cause: Hypothesis) -> Float64:
+    """Return a fit's parameters with those of a cause."""
+    found = fit.parameters.copy()
+    if cause.ids == (DRIFT,):
+        sizes = slice(EXTENDED + len(BENCH), None)
+        found[sizes] = cause.fit.parameters[sizes]
+    if effect := cause.effect:
+        its = list(effect.stated_indices)
+        found[its] = cause.fit.parameters[its]
+    for one in cause.fit.unknowns:
+        if PARAMETER + one.name in cause.ids:
+            one.put(found, float(cause.fit.parameters[one.place]))
+    return found
+
+
+def stepped(
+    record: Record,
+    before: Fitted,
+    effects: Mapping[str, Effect],
+    without: Container[str] = (),
+    share: float = NEEDED,
+) -> Step | None:
+    """Return the likeliest hypotheses beside what a fit has already.
+
+    `without`: ids that are none. A cause that matters leaves a `share` of the misfit at most.
+    """
+    tried = [one for id_, one in effects.items() if id_ not in without]
+    known: list[Candidate | Drift] = [*candidates(record, before.parameters, tried)]
+    if DRIFT not in without:
+        known.append(Drift(before.parameters, record.terms))
+    base = [one.name for one in before.unknowns if one.effect is None and np.isfinite(one.reach)]
+    base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
+    sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
+    sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
+    begun: list[tuple[tuple[str, ...], Fitted]] = []
+    starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
+    for start in sorted(starts, key=lambda one: -one.evidence)[:FITTED]:
+        aim = max((fit.posterior for _, fit in begun), default=-np.inf)
+        unknowns = unknowns_with(record, before, start.ids, start.parameters, effects)
+        begun.append((start.ids, climbed(record, start.parameters, unknowns, before.disturbance, aim=aim)))
+    begun = [(ids_, settled(record, fit, rounds=1)) for ids_, fit in _hopeful(before, begun)]
+    found: list[Hypothesis] = []
+    for ids_, begin in _hopeful(before, begun):
+        aim = max((one.fit.posterior for one in found), default=-np.inf)
+        fit = _elsewhere(record, settled(record, begin, aim=aim), ids_, aim)
+        found.append(Hypothesis(ids_, fit.evidence - before.evidence, misfit(fit), misfit(before), fit))
+    found = sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
+    found = [one for one in found if one.evidence > GAIN]
+    if not found:
+        return None
+    left = misfit(before)
+    likeliest = [one for one in found if one.evidence > found[0].evidence - GAIN]
+    material = [one for one in likeliest if one.misfit < share * left]
+    best = (material or found)[0]
+    return Step(before, left, (best, *(one for one in found if one is not best)), share, bool(material))
+
+
+def _at_stops(record: Record, before: Fitted, start: Start) -> Start:
+    """Return a start of a fit; of a stop where the motion ends, if that is likelier.
+
+    No slope leads there, and how far the plate went into the stop is unknown.
+    """
+    angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
+    ends = {PARAMETER + "stop_low": (STOP_LOW, np.nanmin(angle), 1.0)}
+    ends[PARAMETER + "stop_high"] = (STOP_HIGH, np.nanmax(angle), -1.0)
+    if len(start.ids) > 1 or start.ids[0] not in ends:
+        return start
+    place, end, inwards = ends[start.ids[0]]
+    best = start
+    for way in GIVES_WAY:
+        p = before.parameters.copy()
+        p[place] = end + inwards * way
+        gains = filtered(record, p, before.disturbance).log_likelihood - before.filtered.log_likelihood
+        if gains > best.evidence:
+            best = Start(start.ids, p, gains)
+    return best
+
+
+def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:
+    """Return a fit, or a likelier one from starts to which no slope leads."""
+    best = fit
+    for one in fit.unknowns:
+        if one.effect is None or one.effect.id not in ids:
+            continue
+        stated = one.effect.stated[one.effect.stated_indices.index(one.place)]
+        for value in stated.elsewhere:
+            p = best.parameters.copy()
+            p[one.place] = value
+            if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:
+                continue  # the record does not go there
+            found = climbed(record, p, best.unknowns, best.disturbance, aim=max(aim, best.posterior))
+            best = max(best, found, key=lambda each: each.posterior)
+    return best if best is fit else settled(record, best, aim=aim)
+
+
+def _hopeful(before: Fitted, begun: Sequence[tuple[tuple[str, ...], Fitted]]) -> list[tuple[tuple[str, ...], Fitted]]:
+    """Return the hypotheses that gain enough beside the likeliest, that one first."""
+    found = sorted(begun, key=lambda one: -one[1].posterior)
+    most = max((fit.posterior for _, fit in found), default=before.posterior)
+    least = most - (1.0 - HOPELESS) * max(most - before.posterior, 0.0)
+    return [one for one in found if one[1].posterior >= least]

@@ -1,0 +1,78 @@
+"""Terms of a record: of the bench, and of friction that drifts.
+
+A plate's sensor has a zero of its own. Friction that drifts over time is a hypothesis without a name: use does
+that, and so does a lubricant. Its share of the friction is a polygon over time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etb_hil.estimation.filtering import Column
+from etb_hil.estimation.forces import AT_PLATE, LEVEL
+from etb_hil.estimation.record import Record, Term
+from etb_hil.estimation.unknown import Unknown
+from etb_hil.hypotheses.constants import DRIFTS, KNOTS, ZERO
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.recording.samples import Float64
+
+DRIFT = "friction over time"
+BENCH = ("plate_zero",)  # the first terms
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """A polygon over time; `parameters` is the whole vector without it."""
+
+    parameters: Float64
+    terms: tuple[Term, ...]
+
+    @property
+    def id(self) -> str:
+        """The id of the hypothesis."""
+        return DRIFT
+
+    def unknowns(self) -> list[Unknown]:
+        """Return the sizes at the knots."""
+        return drift_unknowns(self.terms)
+
+    def columns(self) -> list[Column]:
+        """Return the columns of the sizes."""
+        return [one.column() for one in self.unknowns()]
+
+    def at(self, sizes: Float64) -> Float64:
+        """Return the whole vector with sizes at the knots."""
+        found = self.parameters.copy()
+        found[EXTENDED + len(BENCH) :] = np.clip(sizes, -DRIFTS, DRIFTS)
+        return found
+
+
+def with_terms(record: Record) -> Record:
+    """Return a record that may have terms of its bench, and a drift of friction."""
+    knots = np.linspace(record.elapsed[0], record.elapsed[-1], KNOTS)
+    drifts = [Term(LEVEL, np.interp(record.elapsed, knots, one)) for one in np.eye(KNOTS)]
+    return replace(record, terms=(Term(AT_PLATE, np.ones(len(record))), *drifts))
+
+
+def with_room(parameters: Float64) -> Float64:
+    """Return a whole vector with room for the sizes of all terms."""
+    return np.concatenate([parameters[:EXTENDED], np.zeros(len(BENCH) + KNOTS)])
+
+
+def bench_unknowns(record: Record) -> list[Unknown]:
+    """Return the sizes of the bench's terms that a record shows."""
+    _, motor, plate = (bool(np.isfinite(one).any()) for one in record.readings.T)
+    zero = Unknown(BENCH[0], EXTENDED, 0.0, ZERO / np.sqrt(3.0), ZERO, term=record.terms[0])
+    return [zero] if motor and plate else []
+
+
+def drift_unknowns(terms: Sequence[Term]) -> list[Unknown]:
+    """Return the sizes of a drift at its knots; each is a share of the friction."""
+    first = len(BENCH)
+    return [
+        Unknown(f"{DRIFT}.{k}", EXTENDED + k, 0.0, DRIFTS / np.sqrt(3.0), low=-DRIFTS, high=DRIFTS, term=terms[k])
+        for k in range(first, first + KNOTS)
+    ]
