@@ -55,7 +55,7 @@ class Filtered:
     """A filtered record of n samples; see `kalman.run`.
 
     `states` (n, `SIZE`) after the readings; `whitened` and `roots` (n, 3); `rests`: velocity in rad/s below which the
-    plate rests; the rest is there for sensitivities only.
+    plate rests; `voltage_noise`: rms in V of what is stated of the voltage; the rest is there for sensitivities only.
     """
 
     parameters: Float64
@@ -68,6 +68,7 @@ class Filtered:
     whitened: Float64
     roots: Float64
     rests: float
+    voltage_noise: float
     slopes: Float64
     gains: Float64
     moves: Float64
@@ -172,8 +173,8 @@ def _run(
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
-        int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]), slopes, gains, moves,
-        responses, ahead,
+        int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]),
+        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead,
     )  # fmt: skip
     return found, covariances, spreads
 

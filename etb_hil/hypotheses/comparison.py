@@ -112,9 +112,10 @@ def unknowns_with(
 def _needed_torque(fit: Fitted) -> float:
     """Return the rms of what a disturbance explains, in N·m.
 
-    Of a voltage it is the torque of its current at rest.
+    Of a voltage it is the torque of its current at rest; below its noise a voltage is not known.
     """
     torque, voltage = fit.filtered.needed
+    voltage = np.sqrt(max(voltage**2 - fit.filtered.voltage_noise**2, 0.0))
     return float(np.hypot(torque, fit.parameters[TORQUE_PER_AMPERE] / fit.parameters[RESISTANCE] * voltage))
 
 

@@ -39,7 +39,7 @@ def test_brush_drop_and_dead_time_cannot_be_told_apart_by_motion(parts):
     assert frozenset({"brush_drop", "hbridge_dead_time"}) in not_isolable
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_play_and_a_soft_shaft_are_no_more_told_apart_than_a_name_tells_them(parts):
     both = {"gear_backlash", "shaft_compliance"}
     cosine = next(one[2] for one in isolability(parts[1]).not_isolable if set(one[:2]) == both)

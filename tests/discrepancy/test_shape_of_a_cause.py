@@ -39,7 +39,7 @@ def test_the_rest_that_numbers_would_take_beyond_their_tolerances(wanted, x, lea
     assert least - 1e-9 <= share <= most
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_angles_that_are_late_make_no_current_early():
     hidden = hidden_case(220410, seconds=20.0)
     table = hidden.case.table

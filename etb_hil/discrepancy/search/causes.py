@@ -25,7 +25,7 @@ from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.search.current_model import continue_from
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
-from etb_hil.discrepancy.search.thresholds import rejects
+from etb_hil.discrepancy.search.thresholds import beyond_chance, rejects
 from etb_hil.estimation.record import joined
 from etb_hil.hypotheses.comparison import Hypothesis
 from etb_hil.hypotheses.constants import PARAMETER
@@ -49,6 +49,8 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     a bench does between its samples.
     """
     balances = findings.balances
+    if not beyond_chance(findings.final_groups, findings.samples).any():
+        return "explained" if findings.accepted else "adequate"
     made = joined([as_record(b.measured, findings.model) for b in balances])
     tested = candidates_for(balances, findings.final.unknowns, without)
     names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(tested)
