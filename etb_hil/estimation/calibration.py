@@ -221,27 +221,28 @@ def climbed(
     return best
 
 
-def settled(record: Record, fit: Fitted, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
+def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     """Return a fit with its own disturbances and noise; `aim` as in `climbed`.
 
-    Their variances and the unknowns are fitted in turn, `rounds` times at most. Unknowns and disturbances that stand in
-    for each other come nowhere that way: in the end the unknowns are fitted with smaller disturbances, as long as the
-    posterior grows.
+    Their variances and the unknowns are fitted in turn. Where an unknown and a disturbance have nearly the same effect,
+    neither moves far that way: in the end the unknowns are fitted with smaller disturbances, as long as the posterior
+    grows.
     """
-    fit = _in_turn(record, fit, aim, rounds)
-    while rounds > 1 and (lower := _lower(fit)) != fit.disturbance:
+    fit = in_turn(record, fit, aim)
+    while (lower := _lower(fit)) != fit.disturbance:
         found = climbed(record, fit.parameters, fit.unknowns, lower, aim=aim)
         least = max(_SETTLED, _NEARER * (aim - fit.posterior))
         if found.posterior < fit.posterior + least:
             break
-        fit = _in_turn(record, found, aim, rounds)
+        fit = in_turn(record, found, aim)
     return fit
 
 
-def _in_turn(record: Record, fit: Fitted, aim: float, rounds: int) -> Fitted:
+def in_turn(record: Record, fit: Fitted, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
     """Return a fit of variances and unknowns in turn, as long as the posterior grows.
 
-    A variance of noise that stays where it is in one round is left there until the others have settled.
+    That takes `rounds` at most; `aim` as in `climbed`. A variance of noise that does not change in one round is kept
+    until the others have settled.
     """
     places = every = tuple(range(len(_variances(fit.disturbance))))
     for _ in range(rounds):

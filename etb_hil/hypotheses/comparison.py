@@ -68,7 +68,7 @@ class Hypothesis:
         than one that the data cannot distinguish from the cause, and the cause removes much of it.
         """
         if self.is_of_numbers and self.misfit < NOTHING:
-            # Numbers that leave nothing are collinear with no shape, which would have to be just theirs.
+            # A shape that a number explains without a residual would be that number's by chance.
             least = NOTHING
         else:
             least = max(MATERIAL, (EQUIVALENT_PARAMETER if self.is_of_numbers else EQUIVALENT_SHAPE) * self.without)
@@ -86,15 +86,13 @@ def fitted(
     ids: tuple[str, ...],
     parameters: Float64,
     effects: Mapping[str, Effect],
-    aim: float = -np.inf,
 ) -> Hypothesis:
     """Return a hypothesis fitted with the unknowns of the calibrated model.
 
     The fit begins from the given parameters; `effects` are all of the device by id.
-    `aim` is the posterior of the likeliest one so far: what is far behind it is not fitted to the last nat.
     """
     unknowns = unknowns_with(record, before, ids, parameters, effects)
-    fit = settled(record, climbed(record, parameters, unknowns, before.disturbance, aim=aim), aim=aim)
+    fit = settled(record, climbed(record, parameters, unknowns, before.disturbance))
     return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, calibrated, climbed, settled
+from etb_hil.estimation.calibration import Fitted, calibrated, climbed, in_turn, settled
 from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
@@ -165,12 +165,13 @@ def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, with
 
 
 def _begun(whole: Record, model: Model) -> tuple[Record, dict[str, Effect], Fitted]:
-    """Return what is searched of a record, all effects, and the calibrated model."""
+    """Return what is searched of a record, the effects, and the calibrated model."""
     record = with_terms(whole.thinned(SEARCHED, PARTS))
-    effects = as_seen(record, effects_of(model), model.values.gear_ratio)
+    effects = effects_of(model)
     base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
-    unknowns = [*base, *bench_unknowns(record), *_stated(model, effects_of(model))]
-    return record, effects, calibrated(record, with_room(model.vector()), unknowns)
+    unknowns = [*base, *bench_unknowns(record), *_stated(model, effects)]
+    seen = as_seen(record, effects, model.values.gear_ratio)
+    return record, seen, calibrated(record, with_room(model.vector()), unknowns)
 
 
 def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
@@ -277,7 +278,7 @@ def stepped(
         aim = max((fit.posterior for _, fit in begun), default=-np.inf)
         unknowns = unknowns_with(record, before, start.ids, start.parameters, effects)
         begun.append((start.ids, climbed(record, start.parameters, unknowns, before.disturbance, aim=aim)))
-    begun = [(ids_, settled(record, fit, rounds=1)) for ids_, fit in _hopeful(before, begun)]
+    begun = [(ids_, in_turn(record, fit, rounds=1)) for ids_, fit in _hopeful(before, begun)]
     found: list[Hypothesis] = []
     for ids_, begin in _hopeful(before, begun):
         aim = max((one.fit.posterior for one in found), default=-np.inf)

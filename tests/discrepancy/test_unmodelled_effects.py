@@ -1,30 +1,8 @@
 """What together does nearly what something unknown does is no explanation: by rule, and on files where it was one."""
 
-import numpy as np
 import pytest
 from explain_cases import hidden_case
 from explain_study import searched
-from synthetic import MODEL, measurement
-
-from etb_hil.discrepancy.candidates.nonparametric import nonparametric_terms
-from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import calibrate
-from etb_hil.plant.effects.layout import EXTENDED
-
-
-def test_a_curve_is_looked_for_in_the_samples_that_count():
-    balances = Balances(measurement(MODEL.vector(), seed=3), MODEL)
-    found = calibrate(MODEL, [balances])
-    velocity = balances.spectrum.picked(balances.motion(found.fit.whole[:EXTENDED])[1])
-    curve = np.zeros(3 * balances.samples)
-    curve[: balances.samples] = np.abs(velocity) > np.median(np.abs(velocity))
-    left = found.fit.residual + 3.0 * curve
-
-    def most(counts):
-        taken = nonparametric_terms([balances], found.fit.whole[:EXTENDED], found.jacobian, left, counts)
-        return max(spline.share for spline in taken)
-
-    assert most(curve == 0.0) < 0.1 < most(None)
 
 
 @pytest.mark.study

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import met_before
@@ -19,8 +19,6 @@ MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_ine
 _OWN_NAME = {f"parameter:{stated}": f"parameter:{own}" for own, stated in MODEL_FILE_NAME.items()}
 # What a current per volt that changes is taken for, beside effects of the winding's voltage, where none was measured.
 _OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
-# Sliding friction and break-away friction are of the same contacts: what raises the first one raises the second.
-_GOES_WITH = {"coulomb": "stiction"}
 # Too small in any balance to be a cause.
 TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
@@ -69,7 +67,6 @@ def candidates_for(
         if is_candidate and unknown.place < PARAMETERS:
             begins = met_before(unknown, balances) or (None,)
             found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
-            found[id_] += [replace(found[id_][0], also_frees=other) for other in _freed_jointly(unknown, base, out)]
     return found
 
 
@@ -86,12 +83,6 @@ def own_name(id_: str) -> str:
 def file_name(id_: str) -> str:
     """Return an id with a base parameter as a model file names it."""
     return parameter_id(id_.removeprefix("parameter:")) if id_.startswith("parameter:") else id_
-
-
-def _freed_jointly(unknown: Unknown, base: Iterable[Unknown], out: Container[str]) -> list[str]:
-    """Return the name of the parameter that leaves its tolerance with this one."""
-    other = _GOES_WITH.get(unknown.name)
-    return [u.name for u in base if u.name == other and u.is_toleranced and parameter_id(other) not in out]
 
 
 def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:

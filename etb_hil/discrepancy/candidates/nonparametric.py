@@ -41,14 +41,11 @@ def nonparametric_terms(
     p: Vector,
     jacobian: Float64,
     residual: Float64,
-    counts: NDArray[np.bool_] | None = None,
 ) -> list[NonparametricTerm]:
     """Return what splines explain of a residual (n) given a Jacobian (n, unknowns).
 
-    The largest share comes first. `counts`: the samples (n) that are used, where not all are.
+    The largest share comes first.
     """
-    counted = np.ones(len(residual)) if counts is None else counts.astype(np.float64)
-    jacobian, residual = jacobian * counted[:, None], residual * counted
     lengths = np.linalg.norm(jacobian, axis=0)
     basis = np.linalg.qr(jacobian[:, lengths > 1e-9] / lengths[lengths > 1e-9])[0]
     left = residual - basis @ (basis.T @ residual)
@@ -56,7 +53,7 @@ def nonparametric_terms(
     banks = [_bank(b, p) for b in balances]
     found = []
     for key in banks[0]:
-        splines = np.concatenate([bank[key] for bank in banks]) * counted[:, None]
+        splines = np.concatenate([bank[key] for bank in banks])
         splines = splines - basis @ (basis.T @ splines)
         normal = splines.T @ splines
         if not normal.any():

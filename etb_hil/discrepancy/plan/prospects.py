@@ -45,10 +45,9 @@ class Left:
 
 def members(found: SelectionStep) -> list[Truth]:
     """Return a cause, and what was fitted of its ambiguity group."""
-    first, *others = found.compared or (None,)
-    own = Truth((found.winner.id,) if first is None else first.ids, found.winner.fit.whole)
-    its = [Truth(one.ids, one.parameters) for one in others if one and set(one.ids) & set(found.ambiguity_group)]
-    return [own, *its]
+    ids = found.compared[0].ids if found.compared else (found.winner.id,)
+    others = [one for one in found.compared[1:] if set(one.ids) & set(found.ambiguity_group)]
+    return [Truth(ids, found.winner.fit.whole), *(Truth(one.ids, one.parameters) for one in others)]
 
 
 def left_beside(

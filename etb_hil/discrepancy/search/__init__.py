@@ -1,1 +1,1 @@
-"""The stepwise search for causes, and the rejection criteria."""
+"""The search for causes, and what was found."""

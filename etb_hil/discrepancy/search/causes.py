@@ -58,8 +58,8 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     found = searched(made, findings.model, out, progress)
     for step in found.causes:
         _accept(findings, step)
+    accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
     for step in found.steps:
-        accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
         named = [one for one in step.hypotheses if one.ids != (DRIFT,) and not accepted & set(one.ids)]
         if named and not accepted & set(step.best.ids):
             findings.selection_steps.append(_rejected(findings, step, named[0]))
@@ -82,7 +82,8 @@ def _accept(findings: Findings, step: Step) -> None:
     for k, id_ in enumerate(ids):
         candidate = replace(winner.candidate, id=id_, frees=_name_of(step.best.ids[k]), also_frees="")
         found = _step(findings, before, replace(winner, candidate=candidate), t, step)
-        found.compared = () if k > 0 else found.compared  # what was compared is one step's
+        if k > 0:
+            found.compared = ()  # the first step has what was compared
         found.ambiguity_group = sorted(group - set(ids))
         found.accepted = True
         findings.selection_steps.append(found)
@@ -96,7 +97,8 @@ def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep
     if step.best is not best:
         found.rejection = _DRIFTS
     elif left > step.share:
-        found.rejection = f"leaves {100.0 * left:.0f} % of the misfit; {100.0 * step.share:.0f} % are the most here"
+        most = f"at most {100.0 * step.share:.0f} % is required"
+        found.rejection = f"the misfit with it is {100.0 * left:.0f} % of that without it; {most}"
     else:
         found.rejection = _IDLE
     return found
