@@ -6,7 +6,10 @@ The same code runs in lock-step and at wall clock.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Protocol
+
+_READINGS = 4  # of two clocks: a process may be held between two readings, but hardly each time
 
 
 class Clock(Protocol):
@@ -24,11 +27,21 @@ class Clock(Protocol):
         ...
 
 
+def host_ahead_ns(now_ns: Callable[[], int]) -> tuple[int, int]:
+    """Return the least and the most in ns that the machine's clock is ahead of one.
+
+    They are those of the closest of some readings.
+    """
+    readings = [(now_ns(), time.time_ns(), now_ns()) for _ in range(_READINGS)]
+    before, host, after = min(readings, key=lambda one: one[2] - one[0])
+    return host - after, host - before
+
+
 class WallClock:
     """The machine's clock: epoch time that never steps back while the process lives."""
 
     def __init__(self) -> None:
-        self._offset_ns = time.time_ns() - time.monotonic_ns()
+        self._offset_ns, _ = host_ahead_ns(time.monotonic_ns)
 
     def now_ns(self) -> int:
         """Return ns since 1970 as at the start, advanced by the monotonic clock."""

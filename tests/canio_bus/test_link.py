@@ -1,5 +1,6 @@
 """What a link promises, over every kind of bus that this machine has."""
 
+import itertools
 import time
 from contextlib import contextmanager
 
@@ -267,6 +268,26 @@ def test_a_clock_that_is_set_does_not_move_the_frames(monkeypatch, set_by_ns):
     link = open_link(BusSettings(interface="virtual", channel="set"), clock)
     (stamp,) = link.receive().stamp_ns
     assert begun - 1_000 <= stamp <= clock.now_ns() + 1_000  # python-can's stamps are floats
+    link.close()
+
+
+def test_a_process_that_is_held_does_not_move_the_clock_or_the_frames(monkeypatch):
+    host_ns, calls = time.time_ns, itertools.count()
+
+    def held():
+        now = host_ns()
+        if next(calls) % 4 == 0:
+            time.sleep(0.01)
+        return now
+
+    monkeypatch.setattr(time, "time_ns", held)
+    clock = WallClock()
+    before = host_ns()
+    assert before - 5_000_000 < clock.now_ns() < host_ns() + 5_000_000
+    monkeypatch.setattr(can, "Bus", lambda **_: Stamped([host_ns() * 1e-9]))
+    link = open_link(BusSettings(interface="virtual", channel="held"), clock)
+    (stamp,) = link.receive().stamp_ns
+    assert stamp <= clock.now_ns()
     link.close()
 
 

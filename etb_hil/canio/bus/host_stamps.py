@@ -5,10 +5,11 @@ Somebody may set the clock while a session runs.
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from etb_hil.base.clock import host_ahead_ns
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
@@ -23,8 +24,6 @@ def on_our_clock(stamp_ns: np.ndarray[Any, np.dtype[np.int64]], clock: Clock) ->
 
     A frame that came before the machine's clock was set and is read after it is stamped wrong by as much.
     """
-    before_ns = clock.now_ns()
-    host_ns = time.time_ns()
-    # A process may be held between two readings: what that explains is no difference.
-    set_by_ns = max(0, host_ns - clock.now_ns()) + min(0, host_ns - before_ns)
+    least, most = host_ahead_ns(clock.now_ns)
+    set_by_ns = max(0, least) + min(0, most)  # what time between the readings explains is no difference
     return stamp_ns - set_by_ns if abs(set_by_ns) >= _SET_NS else stamp_ns
