@@ -65,10 +65,10 @@ class Limits:
         The limit of a single value comes before that of all its values.
         """
         own = self.by_id.get(f"{kind.id}{suffix}") or self.by_id.get(kind.id)
-        if own is None and kind.judged_at_rest_by:
-            stated = self.by_id.get(kind.judged_at_rest_by)
-            return stated if stated is not None and stated.dwell is not None else None
-        return own
+        if own is not None:
+            return own
+        stated = self.by_id.get(kind.judged_at_rest_by)
+        return stated if stated is not None and stated.dwell is not None else None
 
     @property
     def dwell(self) -> DwellLaw | None:

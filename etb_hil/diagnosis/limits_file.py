@@ -190,8 +190,13 @@ def _wrong(
         yield Problem("only a torque can be stated for the motor shaft", document.place(*key, "shaft"), "motor")
     if entry.temperature is not None and not kind.is_friction:
         yield Problem("only a limit of friction follows the temperature", document.place(*key, "temperature"))
-    if entry.dwell is not None and not kind.is_friction:
+    if entry.dwell is not None and not (kind.judged_at_rest_by or kind.id in _judge_at_rest()):
         yield Problem("only a limit of break-away follows the rest", document.place(*key, "dwell"))
+
+
+def _judge_at_rest() -> frozenset[str]:
+    """Return the measurements whose limits apply to a break-away from rest as well."""
+    return frozenset(kind.judged_at_rest_by for kind in measurement_kinds().values())
 
 
 def _exchanged(

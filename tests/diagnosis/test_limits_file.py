@@ -154,6 +154,10 @@ def test_a_file_of_another_form_is_refused(tmp_path, text):
         load_limits(path)
 
 
+DWELL = "{per_decade: 10 %, reference: 1 s, between: [0.1 s, 100 s]}"
+HEAT = "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
+
+
 @pytest.mark.parametrize(
     ("limits", "says"),
     [
@@ -165,15 +169,12 @@ def test_a_file_of_another_form_is_refused(tmp_path, text):
         ("{T_st: {min: 0.2 N·m, max: 0.2 N·m}}", r"limits\.T_st\.min: the lower limit is not below the upper one"),
         ("{step_delay: {max: 31 ms, shaft: motor}}", r"step_delay\.shaft: only a torque can be stated"),
         ("{step_delay: {max: 31 ms, dwell: DWELL}}", r"step_delay\.dwell: only a limit of break-away"),
+        ("{T_c: {max: 0.2 N·m, dwell: DWELL}}", r"T_c\.dwell: only a limit of break-away"),
         ("{step_delay: {max: 31 ms, temperature: HEAT}}", r"step_delay\.temperature: only a limit of friction"),
     ],
 )
 def test_a_limit_that_cannot_be_meant_is_refused(tmp_path, limits, says):
-    laws = {
-        "DWELL": "{per_decade: 10 %, reference: 1 s, between: [0.1 s, 100 s]}",
-        "HEAT": "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}",
-    }
-    for name, law in laws.items():
+    for name, law in (("DWELL", DWELL), ("HEAT", HEAT)):
         limits = limits.replace(name, law)
     with pytest.raises(InputError, match=says):
         load_limits(written(tmp_path, limits))
@@ -183,13 +184,15 @@ def test_a_limit_may_lie_on_the_least_that_makes_sense(tmp_path):
     free = next(kind for kind in measurement_kinds().values() if kind.least_limit is not None and kind.unit == "N·m")
     found = load_limits(written(tmp_path, f"{{{free.id}: {{min: {free.least_limit} N·m}}}}")).by_id[free.id]
     assert (found.low, found.high, found.source) == (free.least_limit, None, "")
-    heat = "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
-    assert (
-        load_limits(written(tmp_path, f"{{T_st: {{min: 0.1 N·m, max: 0.2 N·m, temperature: {heat}}}}}"))
-        .by_id["T_st"]
-        .low
-        == 0.1
-    )
+    warm = written(tmp_path, f"{{T_st: {{min: 0.1 N·m, max: 0.2 N·m, temperature: {HEAT}}}}}")
+    assert load_limits(warm).by_id["T_st"].low == 0.1
+
+
+@pytest.mark.parametrize("id_", ["T_st", "T_st_break_away"])
+def test_a_limit_of_break_away_follows_the_rest(tmp_path, id_):
+    limits = load_limits(written(tmp_path, f"{{{id_}: {{max: 0.2 N·m, dwell: {DWELL}}}}}"))
+    assert limits.dwell is limits.by_id[id_].dwell
+    assert limits.dwell.factor(10.0) == pytest.approx(1.1)
 
 
 @pytest.mark.parametrize(
@@ -226,3 +229,20 @@ def test_a_missing_key_hides_no_other_problem(tmp_path):
     with pytest.raises(InputError) as refused:
         load_limits(path)
     assert [one.place.key for one in refused.value.problems] == ["marginal_band", "limits.T_st.max", "limits.T_s"]
+
+
+@pytest.mark.parametrize("limits", ["{T_c: 1, T_st: {max: 0.2 V}}", "{T_st: {max: 0.2 V}, T_c: 1}"])
+def test_an_entry_of_another_form_hides_no_problem_of_the_others(tmp_path, limits):
+    with pytest.raises(InputError) as refused:
+        load_limits(written(tmp_path, limits))
+    assert sorted(one.place.key for one in refused.value.problems) == ["limits.T_c", "limits.T_st.max"]
+
+
+@pytest.mark.parametrize(("letters", "is_read"), [(0, False), (1, True), (2000, True), (2001, False)])
+def test_a_source_has_one_to_two_thousand_letters(tmp_path, letters, is_read):
+    path = written(tmp_path, f"{{T_st: {{max: 0.2 N·m, source: '{'a' * letters}'}}}}")
+    if is_read:
+        assert load_limits(path).by_id["T_st"].source == "a" * letters
+    else:
+        with pytest.raises(InputError, match=r"limits\.T_st\.source"):
+            load_limits(path)
