@@ -44,7 +44,7 @@ MODULES = {
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
     "session/baseline": Tests("session/test_baseline"),
     "diagnosis/limits": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
-    "diagnosis/limits_file": Tests(LIMITS),
+    "diagnosis/limits_file": Tests(f"{LIMITS} diagnosis/test_new_measurement"),
     "diagnosis/limit_laws": Tests(LIMITS),
     "diagnosis/measuring": Tests("diagnosis/test_measuring diagnosis/test_limits_file"),
     "diagnosis/verdict": Tests("diagnosis/test_verdict"),

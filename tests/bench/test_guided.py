@@ -216,9 +216,9 @@ def test_the_thread_that_reads_orders_keeps_no_process_alive(pipe):
 def test_an_end_has_the_reason_that_the_program_gives(pipe):
     orders, program, _ = pipe
     write(program, {"end": "program_failed", "reason": "it failed"})
-    with pytest.raises(End, match="it failed") as ended:
+    with pytest.raises(End) as ended:
         orders.next(60.0)
-    assert ended.value.reason_id == "program_failed"
+    assert (ended.value.reason_id, str(ended.value)) == ("program_failed", "it failed")
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.03, 0.25])

@@ -72,17 +72,24 @@ class AfterOff:
 
 @pytest.fixture
 def run(tmp_path):
-    """Run a short scenario; `said` says what a role is, of the ns since the bridge went off."""
+    """Run a short scenario; `said` says what a role is, of the ns since the bridge went off.
+
+    `link` and `node` take the bench's link, and the controller, and stand in their place.
+    """
 
     def run_scenario(
-        phases=ZERO + HOLD, said=None, link=None, zero=0.0, head="", stock="virtual_classic", bench=lambda text: text
-    ):
+        phases=ZERO + HOLD, said=None, link=None, zero=0.0, head="", stock="virtual_classic", bench=lambda text: text,
+        node=lambda controller, _drive: controller,
+    ):  # fmt: skip
         scenario, bench_file = tmp_path / "scenario.yaml", tmp_path / "bench.yaml"
         scenario.write_text(f"schema: etb_hil/scenario/1\nname: test\n{head}phases:\n{phases}")
         bench_file.write_text(bench(find("bench", stock).read_text()))
         job = prepare(JobFiles(scenario, bench_file, find("model", "default"), find("limits", "default"), None))
         run_scenario.drive = drive = AfterOff(job, said or {}, zero)
-        spoilt = Injected(make=drive.make, link=[] if link is None else [lambda inner: link(inner, drive)])
+        spoilt = Injected(
+            make=lambda *controller: node(drive.make(*controller), drive),
+            link=[] if link is None else [lambda inner: link(inner, drive)],
+        )
         finished = run_with(job, tmp_path / "out", 1, [spoilt])
         again = replay(finished.session.folder)
         assert first_difference(again) is None or not again.record.is_recorded
@@ -239,3 +246,18 @@ def test_what_fails_in_the_safe_stop_leaves_the_drive_commanded_off_and_is_told(
         run(link=Failing)
     assert run.drive.switches[-1].reason == "command"
     assert Failing.sent > 40  # until patience ends, every 10 ms
+
+
+def test_a_simulated_controller_that_fails_in_the_safe_stop_ends_the_run(run):
+    class Broken:
+        def __init__(self, node, drive):
+            self.node, self.drive = node, drive
+
+        def run(self, until_ns, inbox):
+            if self.drive.is_off:
+                raise ValueError("a bug")  # virtual time stands still
+            return self.node.run(until_ns, inbox)
+
+    with pytest.raises(ValueError, match="a bug"):
+        run(node=Broken)
+    assert run.drive.is_off

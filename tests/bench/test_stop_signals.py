@@ -91,6 +91,16 @@ def test_the_third_interrupt_leaves_where_leaving_is_allowed():
         send(*["SIGINT"] * 5)  # no longer
 
 
+def test_only_a_further_interrupt_leaves():
+    with StopSignals() as signals:
+        send(*["SIGINT"] * 3)
+        with signals.leaving():
+            send("SIGTERM", "SIGQUIT")
+            assert signals.verb is Verb.HALT
+            with pytest.raises(KeyboardInterrupt):
+                send("SIGINT")
+
+
 @pytest.mark.parametrize(("name", "words"), [("SIGALRM", "the time-out"), ("SIGINT", "Ctrl-C"), ("SIGTERM", "SIGTERM")])
 def test_the_cause_is_said_in_words(name, words):
     with StopSignals() as signals:

@@ -57,6 +57,35 @@ def test_the_time_that_it_may_last_counts_from_the_first_sample_outside(every_ms
     assert (one.outside is not None) == is_outside
 
 
+@pytest.mark.parametrize(
+    ("volts", "is_inside"),
+    [
+        ([], True),
+        ([13, 13], True),
+        ([10, 18], True),  # the ends belong to the window
+        ([9.99, 13], False),
+        ([13, 18.01, 13], False),
+        ([13, math.nan, 13], False),
+        ([20, 20], False),
+    ],
+)
+def test_it_is_inside_only_where_all_new_samples_are(volts, is_inside):
+    one = guard()
+    new = [block(*volts), block(25, role="temperature"), block(13, start_ms=200)]
+    one.push(new)
+    assert one.outside is None
+    assert one.is_inside(new) is is_inside
+    assert one.is_inside([]) is True  # the newest sample is inside
+
+
+def test_it_is_not_inside_while_the_newest_sample_is_outside():
+    one = guard()
+    one.push([block(13, 25)])
+    assert one.outside is None
+    assert not one.is_inside([])
+    assert not one.is_inside([block(13)])
+
+
 def test_without_a_time_one_sample_is_enough():
     one = guard(for_="0 s")
     one.push([block(13, 25)])

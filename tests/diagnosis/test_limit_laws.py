@@ -25,19 +25,24 @@ def test_a_ten_times_longer_rest_adds_its_share(rest, factor):
     assert dwell().factor(rest) == pytest.approx(factor)
 
 
+@pytest.mark.parametrize(("rest", "factor"), [(10.0, 1.0), (100.0, 1.1), (1.0, 0.9), (0.1, 0.8)])
+def test_a_limit_is_that_stated_after_the_rest_it_is_stated_for(rest, factor):
+    assert dwell(reference="10 s").factor(rest) == pytest.approx(factor)
+
+
 @pytest.mark.parametrize(
-    "law",
+    ("law", "says"),
     [
-        {"between": ("0 s", "1 s")},
-        {"between": ("1 s", "1 s")},
-        {"between": ("2 s", "1 s")},
-        {"per_decade": "110 %"},
-        {"per_decade": "-60 %"},
-        {"reference": "0 s"},
+        ({"between": ("0 s", "1 s")}, "two times above zero"),
+        ({"between": ("1 s", "1 s")}, "the shorter one first"),
+        ({"between": ("2 s", "1 s")}, "the shorter one first"),
+        ({"per_decade": "110 %"}, "takes the limit to zero"),
+        ({"per_decade": "-60 %"}, "takes the limit to zero"),
+        ({"reference": "0 s"}, "reference"),
     ],
 )
-def test_impossible_laws_of_rest_are_refused(law):
-    with pytest.raises(ValidationError):
+def test_impossible_laws_of_rest_are_refused(law, says):
+    with pytest.raises(ValidationError, match=says):
         dwell(**law)
 
 
@@ -59,6 +64,13 @@ def limits(**by_id):
     return Limits("A-1", "1", 0.03, by_id)
 
 
+def test_the_limits_of_a_measurement_are_given_at_the_throttle_shaft():
+    some = limits(T_st=Limit(0.1, 0.2), T_c=Limit(high=0.02, shaft=Shaft.MOTOR))
+    assert (some.least("T_st", 10.0), some.most("T_st", 10.0)) == (0.1, 0.2)
+    assert (some.least("T_c", 10.0), some.most("T_c", 10.0)) == (None, 0.2)
+    assert (some.least("other", 10.0), some.most("other", 10.0)) == (None, None)
+
+
 def test_the_limit_of_a_single_value_comes_before_that_of_all():
     kind = measurement_kinds()["step_delay"]
     one, all_of_them = Limit(high=1.0), Limit(high=2.0)
@@ -76,3 +88,4 @@ def test_break_away_from_rest_is_judged_by_a_limit_with_a_law_of_rest_alone():
     assert limits(**{kind.judged_at_rest_by: of_rest, kind.id: own}).of(kind) is own
     assert limits(**{kind.judged_at_rest_by: of_rest}).dwell == dwell()
     assert limits(**{kind.judged_at_rest_by: plain}).dwell is None
+    assert limits(step_delay=plain, **{kind.judged_at_rest_by: of_rest}).dwell == dwell()

@@ -8,9 +8,11 @@ from whole_run import run_on
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis import measurements
 from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.measurement_kind import Estimate, FailedEstimate
 from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
-from etb_hil.diagnosis.measuring import stand
+from etb_hil.diagnosis.measuring import Measured, failed_remarks, stand
 from etb_hil.replays.session_replay import replay
+from etb_hil.results.measurement import Measurement
 
 PASS, FAIL, UNDECIDED = UnitVerdict.PASS, UnitVerdict.FAIL, UnitVerdict.INCONCLUSIVE
 
@@ -122,6 +124,17 @@ def test_what_a_value_lacks_decides_its_verdict(tmp_path, side, passes, fails):
     assert [found[f"made_{name}"].verdict for name in (*ALL, "free")] == list(expected)
     assert (found["made_pass"].note, found["made_pass"].name) == ("as told", "made up (pass)")
     assert (found["made_unseen"].note, found["made_unseen"].name) == ("", "made up (of its own)")
+
+
+def test_a_remark_names_the_measurements_whose_plug_in_failed():
+    def value(name, estimate):
+        one = Measurement(name, f"name of {name}", estimate.value, "A")
+        return Measured(measurement_kinds()["holding_current"], estimate, one)
+
+    found = [value("a", Estimate(1.0)), value("b", FailedEstimate(None)), value("c", FailedEstimate(None))]
+    (remark,) = failed_remarks(found)
+    assert (remark.id, remark.text) == ("measurement_failed", "no value of name of b, name of c")
+    assert failed_remarks(found[:1]) == []
 
 
 LIMITS = """\

@@ -97,3 +97,13 @@ def test_a_limit_of_an_unknown_measurement_is_refused_with_its_line(tmp_path):
     path.write_text(LIMITS)
     with pytest.raises(InputError, match=r"limits\.yaml:6: limits\.dash_current: no measurement has this id"):
         load_limits(path)
+
+
+@pytest.mark.usefixtures("added")
+def test_the_least_limit_of_a_unit_without_a_dimension_is_said(tmp_path):
+    path, kind = tmp_path / "limits.yaml", tmp_path / "measurements" / "current_rate.py"
+    rate = FILE.replace('unit="A"', 'unit="A/s"').replace("order=400", "order=400, least_limit=0.5")
+    kind.write_text(rate.replace('id="dash_current"', 'id="current_rate"'))
+    path.write_text(LIMITS.replace("dash_current: {max: 1 mA", "current_rate: {max: 0.4 A/s"))
+    with pytest.raises(InputError, match=r"current_rate\.max: out of range .*allowed: from 0\.5"):
+        load_limits(path)

@@ -96,6 +96,12 @@ def test_what_is_measured_without_the_model_fails_a_unit_all_the_same():
     assert said(found, withholding=[wrong], coverage=lost)[0] is INCONCLUSIVE
 
 
+def test_where_nothing_contradicts_the_model_every_limit_that_is_broken_is_said():
+    free = next(kind.id for kind in KINDS.values() if kind.is_model_free)
+    found = [*both(FAIL, INCONCLUSIVE), measured(free, FAIL)]
+    assert said(found) == (FAIL, ["T_st_beyond_limit", f"{free}_beyond_limit", "T_c_undecided"])
+
+
 @pytest.mark.parametrize(("lost", "withheld"), [(0, False), (500, False), (501, True), (9_000, True)])
 def test_more_than_five_percent_lost_withholds_a_verdict(lost, withheld):
     coverage = Coverage(samples=10_000 - lost, lost=lost, longest_gap=0.001, gap_in="ramp")
@@ -259,6 +265,34 @@ def test_a_limit_whose_phase_the_run_has_must_be_measured():
     assert (verdict, ids) == (PASS, ["within_limits", "limits_not_judged"])
 
 
+STEP = KINDS["step_delay"]
+STEPS = {"limited": {**GROUNDS.limited, STEP.id: STEP}, "phases": frozenset({"ramp", *STEP.phases})}
+
+
+def test_a_limit_whose_signal_the_run_lacks_says_which():
+    verdict, reasons = conclude(both(), replace(GROUNDS, **STEPS, roles=STEP.roles - {"command_mode"}))
+    assert (verdict, [reason.id for reason in reasons]) == (INCONCLUSIVE, ["step_delay_without_signal"])
+    meaning = ROLES["command_mode"].meaning
+    assert reasons[0].text == f"{STEP.name} was not measured: the run has no samples of command_mode ({meaning})"
+
+
+def test_a_limit_that_was_not_measured_with_all_its_signals_says_why():
+    verdict, reasons = conclude(both(), replace(GROUNDS, **STEPS, roles=STEP.roles))
+    assert (verdict, [reason.id for reason in reasons]) == (INCONCLUSIVE, ["step_delay_not_measured"])
+    assert reasons[0].text.endswith("although the run has a phase for it (step)")
+    _, reasons = conclude([measured("T_st", PASS)], replace(GROUNDS, has_curve=True))
+    assert [reason.id for reason in reasons] == ["T_c_not_measured"]  # there is a curve, so it is not for want of one
+    assert reasons[0].text.endswith("the motion of this run does not show it")
+
+
+def test_a_value_without_an_interval_is_held_against_no_limit():
+    (one, other) = both(INCONCLUSIVE, INCONCLUSIVE)
+    one = replace(one, measurement=replace(one.measurement, low=None, high=None))
+    verdict, reasons = conclude([one, other], GROUNDS)
+    assert (verdict, [reason.id for reason in reasons]) == (INCONCLUSIVE, ["T_st_without_interval", "T_c_undecided"])
+    assert "without an interval it is held against no limit" in reasons[0].text
+
+
 def test_an_estimate_that_may_not_pass_says_so_itself():
     own = Reason("T_c_too_slow", "the plate was too slow for T_c")
     found = [measured("T_st", PASS), measured("T_c", INCONCLUSIVE, undecided=own)]
@@ -270,6 +304,7 @@ def test_an_estimate_that_may_not_pass_never_passes():
     assert said(found) == (INCONCLUSIVE, ["T_st_undecided"])
     unseen = Unseen(start=0.4, end=0.7, share=0.2)
     assert said(found, unseen=unseen) == (INCONCLUSIVE, ["places_not_seen"])  # one cause, one reason
+    assert said(both(INCONCLUSIVE), unseen=unseen) == (INCONCLUSIVE, ["places_not_seen", "T_st_undecided"])
 
 
 def test_a_limit_of_a_phase_that_was_measured_is_not_missing():

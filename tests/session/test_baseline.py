@@ -50,8 +50,23 @@ def test_a_value_agrees_within_its_tolerance(baseline, value, tolerance, agrees)
     assert found.agrees is agrees
 
 
-def test_temperatures_have_tolerances_as_differences(baseline):
-    expected = baseline("{temperature: {value: 20 degC, tolerance: 2 degC}}")
+@pytest.mark.parametrize(("value", "agrees"), [(-0.2099, True), (-0.2101, False), (-0.1901, True), (-0.1899, False)])
+def test_a_share_of_a_negative_value_is_a_distance_too(baseline, value, agrees):
+    (found,) = compare(baseline("{T_st: {value: -0.2 N·m, tolerance: 5 %}}"), run_of(t_st(value)))
+    assert found.agrees is agrees
+
+
+@pytest.mark.parametrize(("value", "agrees"), [(0.24, True), (0.26, False), (0.16, True), (0.14, False)])
+def test_per_cent_of_a_ratio_are_points(baseline, value, agrees):
+    (found,) = compare(
+        baseline("{share: {value: 20 %, tolerance: 5 %}}"), run_of(Measurement("share", "x", value, "1"))
+    )
+    assert found.agrees is agrees
+
+
+@pytest.mark.parametrize("unit", ["degC", "K"])
+def test_temperatures_have_tolerances_as_differences(baseline, unit):
+    expected = baseline(f"{{temperature: {{value: 20 degC, tolerance: 2 {unit}}}}}")
     for value, agrees in ((21.9, True), (22.1, False)):
         (found,) = compare(expected, run_of(Measurement("temperature", "temperature", value, "degC")))
         assert found.agrees is agrees
@@ -75,6 +90,15 @@ def test_what_is_no_expectation_is_refused_with_its_place(baseline, value, toler
         baseline(f"{{T_st: {{value: {value}, tolerance: {tolerance}}}}}")
 
 
+@pytest.mark.parametrize(
+    "entry",
+    ["{value: true, tolerance: 5 %}", "{value: [0.2], tolerance: 5 %}", "{value: {a: 1}, tolerance: 5 %}"],
+)
+def test_a_value_that_is_neither_text_nor_number_is_refused_as_such(baseline, entry):
+    with pytest.raises(InputError, match=r"baseline\.yaml:2: numbers\.T_st\.value: must be a text"):
+        baseline(f"{{T_st: {entry}}}")
+
+
 def test_a_value_in_another_unit_than_expected_is_an_error(baseline):
     with pytest.raises(InputError, match="T_st is measured in ohm"):
         compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of(t_st(0.2, "ohm")))
@@ -91,11 +115,19 @@ def test_a_bare_log_is_not_expected_to_have_what_single_phases_measure(baseline,
     assert len(compare(baseline(numbers), run_of(phases=phases))) == expected
 
 
-@pytest.mark.parametrize(("verdict", "agrees"), [(UnitVerdict.FAIL, True), (UnitVerdict.PASS, False), (None, False)])
-def test_the_verdict_is_compared_first(baseline, verdict, agrees):
+def test_a_bare_log_is_expected_to_have_what_whole_logs_measure(baseline):
+    (found,) = compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of(phases=(LOG,)))
+    assert (found.name, found.agrees) == ("T_st", False)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "shown", "agrees"),
+    [(UnitVerdict.FAIL, "fail", True), (UnitVerdict.PASS, "pass", False), (None, "none", False)],
+)
+def test_the_verdict_is_compared_first(baseline, verdict, shown, agrees):
     expected = baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}", head="verdict: fail\n")
     first, _ = compare(expected, run_of(t_st(0.2), verdict=verdict))
-    assert (first.name, first.agrees) == ("verdict", agrees)
+    assert (first.name, first.found, first.agrees) == ("verdict", shown, agrees)
 
 
 @pytest.mark.parametrize(
@@ -106,6 +138,10 @@ def test_a_new_baseline_has_twice_the_wider_half_of_the_interval_and_two_per_cen
     text = baseline_text(run_of(t_st(0.2, interval=interval)), "made here")
     assert f"  T_st: {{value: 0.2 N·m, tolerance: {tolerance} N·m}}\n" in text
     assert "verdict: pass\n" in text
+    low, high = interval
+    assert f"value: -0.2 N·m, tolerance: {tolerance} N·m" in baseline_text(
+        run_of(t_st(-0.2, interval=(-high, -low))), ""
+    )
 
 
 def test_values_without_interval_width_or_known_unit_are_not_expected():
