@@ -221,11 +221,53 @@ def test_a_serial_number_is_asked_for_at_a_terminal_alone(capsys):
     assert capsys.readouterr() == ("", "Serial number, then Enter: ")
 
 
+@pytest.mark.parametrize(
+    "ask",
+    [lambda: run_batch(None, checked_serial, attended=True), lambda: ask_again("A"), lambda: read_serial(sys.stdin)],
+)
+def test_a_question_is_on_the_screen_before_its_answer_is_read(monkeypatch, ask):
+    screen, seen = io.BytesIO(), []
+
+    class Terminal(Typed):
+        def readline(self, *size):
+            seen.append(screen.getvalue().decode())
+            return super().readline(*size)
+
+    for name in ("stdout", "stderr"):
+        monkeypatch.setattr(sys, name, io.TextIOWrapper(screen))
+    monkeypatch.setattr(sys, "stdin", Terminal("q\n"))
+    ask()
+    assert seen[0].endswith(": ")
+
+
+@pytest.mark.parametrize(
+    ("gone", "name"), [(KeyboardInterrupt("SIGTERM"), "SIGTERM"), (OSError(5, "Input/output error"), "SIGHUP")]
+)
+@pytest.mark.parametrize("ask", [lambda: run_batch(None, checked_serial, attended=True), lambda: ask_again("A")])
+def test_a_terminal_that_is_gone_and_a_signal_that_ends_the_command_are_no_end_of_the_units(
+    monkeypatch, ask, gone, name
+):
+    class Gone(io.StringIO):
+        def readline(self, *_):
+            raise gone
+
+    monkeypatch.setattr(sys, "stdin", Gone())
+    with pytest.raises(KeyboardInterrupt, match=name):
+        ask()
+
+
 @pytest.mark.parametrize("text", ["", "A" * 81, "A\x07"])
 def test_what_is_no_serial_number(text):
     with pytest.raises(InputError, match="1 to 80 characters that can be printed"):
         checked_serial(text)
     assert checked_serial("A" * 80) == "A" * 80
+
+
+@pytest.mark.parametrize("before", range(1, 8))
+def test_a_word_with_a_hyphen_stays_whole(before):
+    lines = wrapped("x" * before + " one-two" * 30).splitlines()
+    assert len(lines) > 1
+    assert {word for line in lines for word in line.split()} == {"x" * before, "one-two"}
 
 
 def test_a_text_is_broken_between_words_alone():
