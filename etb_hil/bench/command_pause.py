@@ -16,7 +16,7 @@ class CommandPause:
 
     def note(self, sent_ns: int) -> None:
         """Take that a command has just been sent."""
-        pause_ns = 0 if self._sent_ns is None else sent_ns - self._sent_ns
+        pause_ns = self._since_sent(sent_ns)
         if pause_ns >= self._longest_ns or sent_ns - self._ended_ns > KEPT_NS:
             self._longest_ns, self._ended_ns = pause_ns, sent_ns
         self._sent_ns = sent_ns
@@ -30,9 +30,11 @@ class CommandPause:
 
         The pause is that until now, or before a command.
         """
-        going_on_ns = 0 if self._sent_ns is None else now_ns - self._sent_ns
-        longest_ns = max(self._longest_ns, going_on_ns)
+        longest_ns = max(self._longest_ns, self._since_sent(now_ns))
         if longest_ns <= LATE_TICKS * self._tick_ns:
             return None
         due, came = self._tick_ns * 1e-6, longest_ns * 1e-6
         return f"{came:.0f} ms passed without a command; one was due every {due:.0f} ms"
+
+    def _since_sent(self, now_ns: int) -> int:
+        return 0 if self._sent_ns is None else now_ns - self._sent_ns

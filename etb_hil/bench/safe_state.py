@@ -5,6 +5,8 @@ The measured current and the controller's own status show it.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from etb_hil.base.clock import Clock
@@ -34,7 +36,7 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool) -> 
     deadline = clock.now_ns() + round(patience_s * 1e9)
     watch = _QuietWatch(tap.reports_enable, tap.current_zero)
     failure: Exception | None = None
-    sent_ns = clock.now_ns() - 1
+    sent_ns: float = -math.inf
     while sent_ns < clock.now_ns() < deadline:  # a simulated bus that fails lets no time pass
         sent_ns = clock.now_ns()
         try:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.dbc.dialect import Dialect
 
 UNSEEN = 0.1  # wrong frames that may have passed their CRC, in expectation: a run in ten (docs/reference/faults.md)
-_CRC_BITS = {Profile.NONE: 0, Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}
+_CRC_BITS = {Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}
 
 
 def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dialect) -> list[Reason]:
@@ -29,9 +29,11 @@ def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dial
     found = []
     for message in dialect.messages:
         counted = statistics[message.name]
+        if message.commanded or not counted.crc_failures:
+            continue
         bits = _CRC_BITS[message.protection.profile]
         unseen = counted.crc_failures / 2.0**bits
-        if not message.commanded and unseen > UNSEEN:
+        if unseen > UNSEEN:
             text = (
                 f"{counted.crc_failures} frames of {message.name} failed their CRC of {bits} bits; "
                 f"{unseen:.1f} wrong ones may have passed it"

@@ -40,3 +40,10 @@ def test_commands_that_are_spoilt_say_nothing_of_the_measurement():
     encoder = CommandEncoder(dialect)
     frames = concatenate_frames([encoder.encode({"command_enable": 0.0}, k * 10_000_000) for k in range(100)])
     assert doubts(dialect, frames, int(frames.ident[0]), 100) == []
+
+
+def test_a_message_without_a_crc_has_none_that_failed():
+    dialect = dialects.classic(protection={"EtbCurrent": {"profile": "none"}})
+    frames = streams.classic(dialect, np.arange(100) * 20)
+    assert doubts(dialect, frames, 0x120, 0) == []
+    assert doubts(dialect, frames, int(frames.ident[frames.ident != 0x120][0]), 26) == ["frames_corrupted"]
