@@ -21,6 +21,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.safety_limits import SafetyLimits
+from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.canio.bus.link import VirtualLink
@@ -274,4 +275,4 @@ def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) 
     link = VirtualLink(network)
     analysis = Analysis(setup.dialect, model, limits, "dry run", observer=bench.observer)
     tap = Tap(link, CommandEncoder(setup.dialect), analysis, _Nowhere(), _Nowhere(), network.clock)
-    return Runner(stand_in, steps, analysis, tap, network.clock).run()
+    return Runner(stand_in, steps, analysis, tap, network.clock, signals=StopSignals()).run()

@@ -48,7 +48,7 @@ class Runner:
         supply: Condition | None = None,
         operator: Operator | None = None,
         watcher: Watcher = nobody,
-        signals: StopSignals | None = None,
+        signals: StopSignals,
         spent_ns: int = 0,
     ) -> None:
         """Heed `signals` while the run lasts; whoever has more to do after it holds them.
@@ -78,7 +78,7 @@ class Runner:
             self._throttle.gear_ratio,
             supply=supply,
             show=show,
-            signals=signals or StopSignals(),
+            signals=signals,
             spent_ns=spent_ns,
         )
         self._record = RunRecord(start_ns=self._beat.start_ns)
@@ -178,7 +178,7 @@ class Runner:
             if now_ns >= ask_ns:
                 self._request(self._bench.measure)
                 ask_ns += round(ASK_S * 1e9)
-            beat(OFF, is_waking=now_ns <= deadline_ns or not seen.has_answered)
+            beat(OFF, is_waking=now_ns <= deadline_ns)
             now_ns = self._clock.now_ns()
             if now_ns > deadline_ns and not seen.has_answered:
                 raise RunStopped(
