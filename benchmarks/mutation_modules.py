@@ -24,14 +24,14 @@ MODULES = {
     "bench/safe_state": Tests("bench/test_seen_off"),
     "bench/runner": Tests(
         "bench/test_runner bench/test_waking bench/test_time_left bench/test_prompts_and_triggers bench/test_seen_off "
-        "uds/test_uds_in_a_run"
+        "bench/test_ahead uds/test_uds_in_a_run"
     ),
     "bench/interlock": Tests("bench/test_interlock"),
     "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),
     "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_speed_watch bench/test_supervision"),
     "bench/supply_guard": Tests("bench/test_supply_guard"),
     "bench/command_pause": Tests("bench/test_stop_signals"),
-    "bench/beat": Tests("bench/test_beat bench/test_interlock uds/test_uds_in_a_run"),
+    "bench/beat": Tests("bench/test_beat bench/test_interlock bench/test_ahead uds/test_uds_in_a_run"),
     "bench/stop_signals": Tests("bench/test_stop_signals trusted/test_safe_stop_verbs"),
     "bench/guided": Tests("bench/test_guided"),
     "bench/guided_process": Tests("bench/test_guided"),
