@@ -51,7 +51,7 @@ MODULES = {
     "diagnosis/exceedance": Tests("diagnosis/test_exceedance", "diagnosis/test_exceedance"),
     "diagnosis/plausibility": Tests("diagnosis/test_plausibility", "diagnosis/test_plausibility"),
     "histories/capability": Tests(SHAPES),
-    "histories/control_chart": Tests(SHAPES),
+    "histories/control_chart": Tests(f"{SHAPES} history/test_statistics"),
     "histories/drift": Tests(HISTORY),
     "histories/gauge": Tests(HISTORY),
     "histories/rise": Tests(f"{HISTORY} history/test_statistics"),
