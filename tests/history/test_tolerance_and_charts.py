@@ -33,6 +33,7 @@ def test_a_tolerance_limit_needs_eight_values_above_zero():
     values = np.exp(np.array([0.1, -0.1] * 4))
     expected = math.exp(factor(8) * math.sqrt(8 * 0.01 / 7))
     assert made_up.of_shares(values) == pytest.approx(expected)
+    assert made_up.of_shares(0.17 * values) == pytest.approx(0.17 * expected)  # in any unit
     assert distribution(values[:7], by_shares=True) is None
     assert distribution(np.append(values, 0.0), by_shares=True) is None
     assert distribution(np.append(values, -1.0), by_shares=True) is None
