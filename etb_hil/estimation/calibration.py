@@ -1,10 +1,7 @@
-"""Fit unknowns of a model to a record, for the largest posterior.
-
-Disturbances fall while the likelihood grows.
+"""Fit unknowns, disturbances and noise to a record, for the largest posterior.
 
 Beside the Gaussian prior a steep wall stands at each tolerance, or an inertia that is 30 % off would be swallowed. The
-disturbances start large and fall by a decade a round, refitted in between: with small ones from the start a wrong model
-locks the filter out, with large ones nothing is visible.
+disturbances start large: with small ones from the start a wrong model locks the filter out.
 """
 
 from __future__ import annotations
@@ -12,34 +9,36 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from etb_hil.estimation.filtering import Disturbance, Filtered, Noise, Normal, filtered, sensitivities
+from etb_hil.estimation.filtering import Disturbance, Filtered, Noise, Normal, filtered
 from etb_hil.estimation.kalman import JITTER
 from etb_hil.estimation.record import Record
+from etb_hil.estimation.scoring import scored
 from etb_hil.estimation.unknown import Unknown
+from etb_hil.estimation.variances import Q_TORQUE, Q_VOLTAGE, VARIANCES
 from etb_hil.plant.physics import COULOMB, STICTION, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
-# Disturbances at the start of a fit: torque as a share of T_c and voltage in V. Large, or a wrong model locks the
-# filter out (Kristensen, Madsen and Jorgensen 2004); with ten times as much nothing is visible.
+# Disturbances at the start of a fit: torque as a share of T_c and voltage in V (Kristensen, Madsen and Jorgensen 2004).
+# With ten times as much nothing is visible.
 _FIRST = (0.1, 0.3)
 # And the least: a thousandth of what the sensors of the project's data sheets can show.
 _LEAST = (1e-5, 1e-4)
-_LOWERED = 10.0  # ratio of two disturbances that are tried; the likelihood does not resolve less
-# Gauss-Newton steps with damping (Levenberg 1944, Marquardt 1963): most of a fit, and gain in nats that ends it.
-_STEPS, _SETTLED = 8, 1.0
-# Share of what a fit is behind another that a step has to gain: `_STEPS` smaller ones come nowhere near it. With 0 the
-# same hypotheses are excluded, in twice the passes (`python benchmarks/unit_faults.py`).
-_NEARER = 0.02
+# Steps of scoring with damping (Levenberg 1944, Marquardt 1963): most of a fit, and gain in nats that ends it.
+MOST_STEPS, _SETTLED = 30, 1.0
+# Share of what a fit is behind another that a step has to gain: smaller ones come nowhere near it. With a fifth of it
+# the same hypotheses are excluded, in more passes (`python benchmarks/unit_faults.py`).
+_NEARER = 0.1
 # Places of each stop that are tried over its tolerance: before it is met, no slope leads there.
 _STOPS_TRIED = 6
 # Standard deviation of the logarithm of a variance of noise: a data sheet is off by a factor of two in amplitude.
 _NOISE = 2.0 * math.log(2.0)
-_NOISE_STEP = 2.0  # factor between variances of noise that are tried
-_OF_DISTURBANCES = (0, 1)  # places of their variances before those of the noise
-_ROUNDS = 20  # of variances and unknowns in turn, at most: 11 fits of a friction check took 30
+_AT_ONCE = 100.0  # factor by which a variance changes in a step, at most
+_FREE = 1e3  # standard deviation of a variance of which nothing is known, as a multiple of it
+_LEAST_NOISE = 1e-6  # least variance of noise, as a multiple of what is stated
 _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
 # Newton steps to the largest posterior of a linear model: weight of a distance beyond a bound, in the prior's standard
 # deviations; steps at most (each crosses a wall or is the last); gain in nats that ends them; Armijo's share of the
@@ -53,16 +52,20 @@ _DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step w
 class Fitted:
     """A model at its largest posterior.
 
-    `posterior`: log-likelihood and log-prior, in nats. `normal`: of the unknowns, in units of their parameters, without
-    the prior.
+    `posterior`: log-likelihood and log-prior, in nats. `normal`: of the unknowns, in units of their parameters, and of
+    the variances behind them, in shares; without the prior.
     """
 
     parameters: Float64
     unknowns: tuple[Unknown, ...]
-    disturbance: Disturbance
     posterior: float
     filtered: Filtered
     normal: Normal
+
+    @property
+    def disturbance(self) -> Disturbance:
+        """The likeliest disturbances and noise."""
+        return self.filtered.disturbance
 
     @property
     def covariance(self) -> Float64:
@@ -91,9 +94,9 @@ class Fitted:
     @property
     def _curved(self) -> Float64:
         """The posterior's curvature (c, c) in units of the prior's standard deviations."""
-        scale = _scale(self.unknowns)
+        scale, count = _scale(self.unknowns), len(self.unknowns)
         _, bends = prior_slope(self.parameters, self.unknowns)
-        return self.normal.matrix * np.outer(scale, scale) + np.diag(bends)
+        return self.normal.matrix[:count, :count] * np.outer(scale, scale) + np.diag(bends)
 
 
 def prior_slope(parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
@@ -126,7 +129,7 @@ def log_prior(parameters: Float64, unknowns: Sequence[Unknown]) -> float:
 
 
 def best_step(
-    parameters: Float64,
+    values: Float64,
     unknowns: Sequence[Unknown],
     matrix: Float64,
     gradient: Float64,
@@ -135,16 +138,16 @@ def best_step(
 ) -> tuple[Float64, float]:
     """Return the step (c) to the largest posterior of a linear model, and its gain.
 
-    `matrix` (c, c) and `gradient` (c): of the likelihood. The step is in units of the prior's standard deviations. The
-    likelihood is a parabola, but walls and bounds are taken as they are: a parabola of the prior would know of a wall
-    only beyond it. The function is convex and made of parabolas, so that Newton steps with a line search find its
-    maximum.
+    `values` (c): of the unknowns; `matrix` (c, c) and `gradient` (c): of the likelihood. The step is in units of the
+    prior's standard deviations. The likelihood is a parabola, but walls and bounds are taken as they are: a parabola of
+    the prior would know of a wall only beyond it. The function is convex and made of parabolas, so that Newton steps
+    with a line search find its maximum.
     """
     scale = _scale(unknowns)
     mean, reach, low, high = (
         np.array([getattr(one, name) for one in unknowns]) / scale for name in ("mean", "reach", "low", "high")
     )
-    at = np.array([parameters[one.place] for one in unknowns]) / scale - mean
+    at = values / scale - mean
     curved = matrix * np.outer(scale, scale)
     curved += damping * np.diag(np.diag(curved) + 1.0)
     slope = -gradient * scale
@@ -180,95 +183,117 @@ def best_step(
     return step, first - now
 
 
-def climbed(
-    record: Record,
-    parameters: Float64,
-    unknowns: Sequence[Unknown],
-    disturbance: Disturbance,
-    steps: int = _STEPS,
-    settled: float = _SETTLED,
-    aim: float = -np.inf,
-) -> Fitted:
-    """Return the largest posterior near some parameters at one disturbance.
+def begun(record: Record, parameters: Float64, unknowns: Sequence[Unknown], disturbance: Disturbance) -> Fitted:
+    """Return where a fit begins."""
+    return _scored(record, unknowns, _tried(record, parameters, unknowns, disturbance))
 
-    `aim` is a posterior that is known to be reached by others: a fit far below it ends at steps that come no nearer.
+
+def climbed(record: Record, fit: Fitted, steps: int = MOST_STEPS, aim: float = -np.inf) -> Fitted:
+    """Return the largest posterior near a fit.
+
+    Unknowns and the variances of disturbances and noise are fitted together, by Fisher's scoring: where an unknown and
+    a disturbance have nearly the same effect, neither would move far alone. `aim` is a posterior that is known to be
+    reached by others: a fit far below it ends at steps that come no nearer.
     """
-    columns = [one.column() for one in unknowns]
-    at = filtered(record, parameters, disturbance, is_kept=True)
-    normal = sensitivities(record, at, columns)
-    best = Fitted(parameters, tuple(unknowns), disturbance, _posterior(at, parameters, unknowns), at, normal)
     damping = _DAMPED[0]
     for _ in range(steps):
-        least = max(settled, _NEARER * (aim - best.posterior))
-        before = best.posterior
-        while damping <= _DAMPED[2]:
-            step, gain = best_step(best.parameters, unknowns, best.normal.matrix, best.normal.gradient, damping)
-            if 2.0 * gain < least:
-                return best
-            moved = _moved(best.parameters, unknowns, step)
-            at = filtered(record, moved, disturbance, is_kept=True)
-            found = _posterior(at, moved, unknowns)
-            if found > before:
-                break
-            damping = max(10.0 * damping, 10.0 * _DAMPED[0])
-        else:
-            return best
-        normal = sensitivities(record, at, columns)
-        best = Fitted(moved, tuple(unknowns), disturbance, found, at, normal)
-        damping = max(0.1 * damping, _DAMPED[1])
-        if found - before < least:
-            break
-    return best
-
-
-def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
-    """Return a fit with its own disturbances and noise; `aim` as in `climbed`.
-
-    Their variances and the unknowns are fitted in turn. Where an unknown and a disturbance have nearly the same effect,
-    neither moves far that way: in the end the unknowns are fitted with smaller disturbances, as long as the posterior
-    grows.
-    """
-    fit = in_turn(record, fit, aim)
-    while (lower := _lower(fit)) != fit.disturbance:
-        found = climbed(record, fit.parameters, fit.unknowns, lower, aim=aim)
         least = max(_SETTLED, _NEARER * (aim - fit.posterior))
-        if found.posterior < fit.posterior + least:
+        found, damping = _better(record, fit, damping, least)
+        if found is None:
             break
-        fit = in_turn(record, found, aim)
+        gain, fit = found.posterior - fit.posterior, _scored(record, fit.unknowns, found)
+        damping = max(0.1 * damping, _DAMPED[1])
+        if gain < least:
+            break
     return fit
 
 
-def in_turn(record: Record, fit: Fitted, aim: float = -np.inf, rounds: int = _ROUNDS) -> Fitted:
-    """Return a fit of variances and unknowns in turn, as long as the posterior grows.
+def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
+    """Return a fit to its end; `aim` as in `climbed`.
 
-    That takes `rounds` at most; `aim` as in `climbed`. A variance of noise that does not change in one round is kept
-    until the others have settled.
+    Disturbances that are too large hide what an unknown does, and no slope leads to smaller ones. So smaller ones are
+    tried, as long as the posterior grows.
     """
-    places = every = tuple(range(len(_variances(fit.disturbance))))
-    for _ in range(rounds):
-        least = max(_SETTLED, _NEARER * (aim - fit.posterior))
-        disturbance, gains = _with_variances(record, fit, places)
-        if gains < least and places != every:
-            places = every
-            disturbance, gains = _with_variances(record, fit, places)
-        if gains < least:
-            return fit
-        before, now = _variances(fit.disturbance), _variances(disturbance)
-        places = tuple(k for k in places if k in _OF_DISTURBANCES or now[k] != before[k])
-        found = climbed(record, fit.parameters, fit.unknowns, disturbance, aim=aim)
-        if found.posterior < fit.posterior + least:
-            return max(fit, found, key=lambda one: one.posterior)
+    fit = climbed(record, fit, aim=aim)
+    while (lower := _lower(fit)) != fit.disturbance:
+        start = begun(record, fit.parameters, fit.unknowns, lower)
+        found = climbed(record, start, aim=max(aim, fit.posterior))
+        if found.posterior < fit.posterior + max(_SETTLED, _NEARER * (aim - fit.posterior)):
+            break
         fit = found
     return fit
 
 
 def _lower(fit: Fitted) -> Disturbance:
-    """Return a fit's disturbances a decade lower, where they are not at their least."""
+    """Return disturbances a step lower, where they are not at their least."""
+    step = math.sqrt(_AT_ONCE)
     torque, voltage = (
-        max(one / _LOWERED, least)
+        max(one / step, least)
         for one, least in zip((fit.disturbance.torque, fit.disturbance.voltage), _least(fit), strict=True)
     )
     return replace(fit.disturbance, torque=torque, voltage=voltage)
+
+
+class _Tried(NamedTuple):
+    """What a fit tries, not scored."""
+
+    parameters: Float64
+    filtered: Filtered
+    posterior: float
+
+
+def _tried(record: Record, parameters: Float64, unknowns: Sequence[Unknown], disturbance: Disturbance) -> _Tried:
+    at = filtered(record, parameters, disturbance, is_kept=True)
+    noise = -0.5 * sum((math.log(one) / _NOISE) ** 2 for one in disturbance.noise)
+    return _Tried(parameters, at, at.log_likelihood + log_prior(parameters, unknowns) + noise)
+
+
+def _scored(record: Record, unknowns: Sequence[Unknown], tried: _Tried) -> Fitted:
+    normal = scored(record, tried.filtered, [one.column() for one in unknowns])
+    return Fitted(tried.parameters, tuple(unknowns), tried.posterior, tried.filtered, normal)
+
+
+def _better(record: Record, fit: Fitted, damping: float, least: float) -> tuple[_Tried | None, float]:
+    """Return what is likelier than a fit, and the damping of that step.
+
+    None where no step is expected to gain half of `least` nats, or none of them gains any.
+    """
+    count, variances = len(fit.unknowns), _unknown_variances(record, fit)
+    values = np.array([*(fit.parameters[one.place] for one in fit.unknowns), *np.ones(VARIANCES)])
+    while damping <= _DAMPED[2]:
+        step, gain = best_step(values, [*fit.unknowns, *variances], fit.normal.matrix, fit.normal.gradient, damping)
+        if 2.0 * gain < least:
+            break
+        moved = _moved(fit.parameters, fit.unknowns, step[:count])
+        found = _tried(record, moved, fit.unknowns, _varied(fit.disturbance, variances, step[count:]))
+        if found.posterior > fit.posterior:
+            return found, damping
+        damping = max(10.0 * damping, 10.0 * _DAMPED[0])
+    return None, damping
+
+
+def _unknown_variances(record: Record, fit: Fitted) -> list[Unknown]:
+    """Return variances as unknowns, in shares of what they are.
+
+    A disturbance falls or rises by a decade at a time, at most. The prior of a variance of noise is in its logarithm,
+    and a sensor may have more noise than its data sheet states: what an unmodelled effect adds to its readings. Else a
+    disturbance would be needed for that. A stamp is off by what is uniform within a sample, at most.
+    """
+    leasts = [one**2 for one in _least(fit)] + [_LEAST_NOISE] * len(fit.disturbance.noise)
+    mosts = [np.inf] * (VARIANCES - 1) + [_most_jitter(record)]
+    found = []
+    for place, (one, least, most) in enumerate(zip(_variances(fit.disturbance), leasts, mosts, strict=True)):
+        low, high = min(max(least / one, 1.0 / _AT_ONCE), 1.0), max(min(most / one, _AT_ONCE), 1.0)
+        mean, deviation = (1.0, _FREE) if place in (Q_TORQUE, Q_VOLTAGE) else (1.0 - math.log(one), _NOISE)
+        found.append(Unknown("variance", place, mean, deviation, low=low, high=high))
+    return found
+
+
+def _varied(disturbance: Disturbance, unknowns: Sequence[Unknown], step: Float64) -> Disturbance:
+    """Return disturbances with variances that a step changes."""
+    shares = [np.clip(1.0 + by * one.deviation, one.low, one.high) for one, by in zip(unknowns, step, strict=True)]
+    found = [float(one * share) for one, share in zip(_variances(disturbance), shares, strict=True)]
+    return Disturbance(math.sqrt(found[0]), math.sqrt(found[1]), Noise(*found[2:]))
 
 
 def _least(fit: Fitted) -> tuple[float, float]:
@@ -280,79 +305,16 @@ def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown])
     """Return the fit of base parameters, from as far off as their tolerances allow."""
     first = Disturbance(_FIRST[0] * parameters[COULOMB], _FIRST[1])
     p = _at_stops(record, parameters, unknowns, first)
-    fit = climbed(record, p, unknowns, first, settled=100.0 * _SETTLED)
-    return settled(record, fit)
-
-
-def _with_variances(record: Record, fit: Fitted, places: Sequence[int]) -> tuple[Disturbance, float]:
-    """Return a fit's disturbances with the likeliest variances, and the gain in nats.
-
-    Each variance is fitted by a parabola through the logarithm of the posterior, one after the other. They are those of
-    the record itself: a part of it has others, and the fit would stop between the two.
-    """
-    known: dict[tuple[float, ...], float] = {}
-
-    def posterior(disturbance: Disturbance) -> float:
-        variances = _variances(disturbance)
-        if variances not in known:
-            likelihood = filtered(record, fit.parameters, disturbance).log_likelihood
-            known[variances] = likelihood + _log_prior_of_noise(disturbance.noise)
-        return known[variances]
-
-    first = known[_variances(fit.disturbance)] = fit.posterior - log_prior(fit.parameters, fit.unknowns)
-    best, found = fit.disturbance, first
-    bounds = _bounds(record, fit)
-    for k in places:
-        factor, least, most = bounds[k]
-        at = _variances(best)[k]
-        low, high = (_with(best, k, min(max(at * by, least), most)) for by in (1.0 / factor, factor))
-        at_low, at_high = posterior(low), posterior(high)
-        bends = 2.0 * found - at_low - at_high
-        rises = 0.5 * (at_high - at_low)
-        by = rises / bends if bends > 0.0 else math.copysign(2.0, rises)
-        if at in (least, most) and found >= max(at_low, at_high):
-            continue
-        tried = _with(best, k, min(max(at * factor ** min(max(by, -2.0), 2.0), least), most))
-        all_of_them = ((found, best), (at_low, low), (at_high, high), (posterior(tried), tried))
-        found, best = max(all_of_them, key=lambda one: one[0])
-    return best, found - first
+    return settled(record, begun(record, p, unknowns, first))
 
 
 def _variances(disturbance: Disturbance) -> tuple[float, ...]:
     return (disturbance.torque**2, disturbance.voltage**2, *disturbance.noise)
 
 
-def _with(disturbance: Disturbance, k: int, variance: float) -> Disturbance:
-    """Return disturbances with another variance in one place."""
-    found = list(_variances(disturbance))
-    found[k] = variance
-    return Disturbance(math.sqrt(found[0]), math.sqrt(found[1]), Noise(*found[2:]))
-
-
-def _bounds(record: Record, fit: Fitted) -> list[tuple[float, float, float]]:
-    """Return how each variance is searched: a factor, its least and its most.
-
-    Variances that are tried differ by the factor. Disturbances fall by a decade at a time. A sensor may have more noise
-    than its data sheet states: what an unmodelled effect adds to its readings. Else a disturbance would be needed for
-    that. A stamp is off by what is uniform within a sample, at most.
-    """
-    found = []
-    for one, least in zip((fit.disturbance.torque, fit.disturbance.voltage), _least(fit), strict=True):
-        found.append((_LOWERED, max(one / _LOWERED, least) ** 2, (one * _LOWERED) ** 2))
-    return [
-        *found,
-        *[(_NOISE_STEP, 1e-6, np.inf)] * (len(fit.disturbance.noise) - 1),
-        (_NOISE_STEP, 1e-6, _most_jitter(record)),
-    ]
-
-
 def _most_jitter(record: Record) -> float:
     """Return the largest variance of a clock's jitter, in multiples of the assumed."""
     return float(np.median(record.dt) ** 2 / 12.0 / record.settings[JITTER] ** 2)
-
-
-def _log_prior_of_noise(noise: Sequence[float]) -> float:
-    return -0.5 * sum((math.log(one) / _NOISE) ** 2 for one in noise)
 
 
 def _at_stops(record: Record, parameters: Float64, unknowns: Sequence[Unknown], first: Disturbance) -> Float64:
@@ -372,10 +334,6 @@ def _replaced(parameters: Float64, place: int, value: float) -> Float64:
     found = parameters.copy()
     found[place] = value
     return found
-
-
-def _posterior(at: Filtered, parameters: Float64, unknowns: Sequence[Unknown]) -> float:
-    return at.log_likelihood + log_prior(parameters, unknowns) + _log_prior_of_noise(at.disturbance.noise)
 
 
 def _scale(unknowns: Sequence[Unknown]) -> Float64:

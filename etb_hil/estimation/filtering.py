@@ -74,6 +74,7 @@ class Filtered:
     moves: Float64
     responses: Float64
     ahead: Float64
+    noises: Float64
 
     @property
     def needed(self) -> tuple[float, float]:
@@ -164,17 +165,17 @@ def _run(
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
     slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, SIZE))
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
-    covariances, ahead = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE))
+    covariances, ahead, noises = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE)), np.empty((kept, 3, 2))
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
         record.added(forces.LEVEL, p), _read(record, p), record.lasts, p, active, settings, is_kept, states, whitened,
-        roots, slopes, gains, moves, responses, covariances, ahead, spreads, totals,
+        roots, slopes, gains, moves, responses, covariances, ahead, noises, spreads, totals,
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]),
-        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead,
+        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises,
     )  # fmt: skip
     return found, covariances, spreads
 
@@ -222,7 +223,9 @@ def sensitivities(
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip
     order = np.argsort([*base, *rest])
-    return Normal(matrix[np.ix_(order, order)], gradient[order], rows[:, :, order])
+    if rest and base and max(base) > min(rest):
+        matrix, gradient, rows = matrix[np.ix_(order, order)], gradient[order], rows[:, :, order]
+    return Normal(matrix, gradient, rows)
 
 
 def _moved(parameters: Float64, column: Column) -> Float64:

@@ -288,6 +288,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     responses: Float64,
     covariances: Float64,
     ahead: Float64,
+    noises: Float64,
     spreads: Float64,
     totals: Vector,
 ) -> None:
@@ -302,7 +303,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     innovations in their standard deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both
     are lowered where an innovation is large. With `is_kept` also `slopes` (n, 3): of the readings by their state,
     `gains` (n, 3, `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and
-    `ahead` (n, `SIZE`), the next sample's state as predicted. `covariances` (n or 0, `SIZE`, `SIZE`): after the
+    `ahead` (n, `SIZE`), the next sample's state as predicted, and `noises` (n, 3, 2): variances of the readings' noise,
+    all of it and what the clock's jitter adds. `covariances` (n or 0, `SIZE`, `SIZE`): after the
     readings; `spreads`, of the same length: the next sample's as predicted.
     """
     x, cov = np.zeros(SIZE), np.zeros((SIZE, SIZE))
@@ -359,7 +361,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             else:
                 moves_by = x[OMEGA]
                 noise = s[NOISE_PLATE] + _edge(s[STEP_PLATE], s[LASTS_PLATE], x[OMEGA], h)
-            noise = s[SCALE + m] * (noise + (s[JITTER] * moves_by) ** 2)
+            jitter = s[SCALE + m] * (s[JITTER] * moves_by) ** 2
+            noise = s[SCALE + m] * noise + jitter
             error = measured - expected
             for i in range(SIZE):
                 work[15, i] = slope * cov[i, at]
@@ -393,6 +396,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     cov[j, i] = cov[i, j]
             if is_kept:
                 slopes[k, m] = slope
+                noises[k, m, 0], noises[k, m, 1] = noise, jitter
         lost = lost + 1 if is_lost else 0
         keep_bristle(x, p, acting[LEVEL])
         is_afresh = lost > _BURST or not math.isfinite(x[THETA] + cov[THETA, THETA])

@@ -25,10 +25,14 @@ CHANGES = 1.0  # K: a temperature that stays within it tells nothing of heat
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect in one shape, its strengths 0 or as a law of the model file says."""
+    """An effect in one shape, its strengths 0 or as a law of the model file says.
+
+    `turn`: which of a strength's starts its effect is taken at; a small one may show nothing of a large one.
+    """
 
     effect: Effect
     parameters: Float64
+    turn: int = 0
 
     @property
     def id(self) -> str:
@@ -39,7 +43,8 @@ class Candidate:
         """Return the columns of the strengths that a search tries."""
         found = []
         for k in self.effect.searched:
-            place, step = self.effect.indices[k], self.effect.parameters[k].starts[0]
+            starts = self.effect.parameters[k].starts
+            place, step = self.effect.indices[k], starts[min(self.turn, len(starts) - 1)]
             found.append(Column(self.effect.id, step, place, self.effect, parameters=self.parameters))
         return found
 
@@ -101,7 +106,7 @@ def as_seen(record: Record, effects: Mapping[str, Effect], gear_ratio: float) ->
 def candidates(record: Record, parameters: Float64, effects: Iterable[Effect]) -> list[Candidate]:
     """Return the effects that a record can show beside some parameters.
 
-    Each comes in all shapes of its grid.
+    Each comes in all shapes of its grid, and at all starts of its strengths.
     """
     found = []
     for effect in effects:
@@ -112,7 +117,8 @@ def candidates(record: Record, parameters: Float64, effects: Iterable[Effect]) -
         for values in product(*grids):
             p = parameters.copy()
             p[list(effect.stated_indices)] = values
-            found.append(Candidate(effect, p))
+            turns = max(len(effect.parameters[k].starts) for k in effect.searched)
+            found += [Candidate(effect, p, turn) for turn in range(turns)]
     return found
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, climbed, over, settled
+from etb_hil.estimation.calibration import Fitted, begun, over, settled
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import freed, unknowns_of
@@ -92,7 +92,7 @@ def fitted(
     The fit begins from the given parameters; `effects` are all of the device by id.
     """
     unknowns = unknowns_with(record, before, ids, parameters, effects)
-    fit = settled(record, climbed(record, parameters, unknowns, before.disturbance))
+    fit = settled(record, begun(record, parameters, unknowns, before.disturbance))
     return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
 
 

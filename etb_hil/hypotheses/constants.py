@@ -34,6 +34,7 @@ ZERO = 0.01
 GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)
 MOST_CAUSES = 3  # of one answer
 # These bound the processor time: samples of a record that are searched, in so many parts; hypotheses of the linear pass
-# whose fit is begun; and the share of the likeliest one's gain that a hypothesis has to have then, or it is excluded.
+# whose fit is begun, by so many steps; and the share of the likeliest one's gain that a hypothesis has to have then, or
+# it is excluded.
 SEARCHED, PARTS = 12_000, 12
-FITTED, HOPELESS = 8, 0.1
+FITTED, BEGUN, HOPELESS = 8, 5, 0.1

@@ -62,7 +62,7 @@ def ranked(
 def _solved(normal: Normal, at: Int64, parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, float]:
     """Return by how much unknowns move, in their units, and the evidence of that."""
     matrix, gradient = normal.matrix[np.ix_(at, at)], normal.gradient[at]
-    step, gain = best_step(parameters, unknowns, matrix, gradient, farthest=np.inf)
+    step, gain = best_step(parameters[[one.place for one in unknowns]], unknowns, matrix, gradient, farthest=np.inf)
     scale = np.array([one.deviation for one in unknowns])
     moved = parameters.copy()
     for one, value in zip(unknowns, step * scale, strict=True):

@@ -11,13 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, calibrated, climbed, in_turn, settled
+from etb_hil.estimation.calibration import Fitted, begun, calibrated, climbed, settled
 from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import Candidate, as_seen, candidates, unknowns_of
 from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit, unknowns_with
 from etb_hil.hypotheses.constants import (
+    BEGUN,
     EQUIVALENT_PARAMETER,
     EQUIVALENT_SHAPE,
     FITTED,
@@ -264,25 +265,25 @@ def stepped(
 
     `without`: ids that are none. A cause that matters leaves a `share` of the misfit at most.
     """
-    tried = [one for id_, one in effects.items() if id_ not in without]
-    known: list[Candidate | Drift] = [*candidates(record, before.parameters, tried)]
+    named = [one for id_, one in effects.items() if id_ not in without]
+    known: list[Candidate | Drift] = [*candidates(record, before.parameters, named)]
     if DRIFT not in without:
         known.append(Drift(before.parameters, record.terms))
     base = [one.name for one in before.unknowns if one.effect is None and np.isfinite(one.reach)]
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
-    begun: list[tuple[tuple[str, ...], Fitted]] = []
+    tried: list[tuple[tuple[str, ...], Fitted]] = []
     starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
     for start in sorted(starts, key=lambda one: -one.evidence)[:FITTED]:
-        aim = max((fit.posterior for _, fit in begun), default=-np.inf)
+        aim = max((fit.posterior for _, fit in tried), default=-np.inf)
         unknowns = unknowns_with(record, before, start.ids, start.parameters, effects)
-        begun.append((start.ids, climbed(record, start.parameters, unknowns, before.disturbance, aim=aim)))
-    begun = [(ids_, in_turn(record, fit, rounds=1)) for ids_, fit in _hopeful(before, begun)]
+        begin = begun(record, start.parameters, unknowns, before.disturbance)
+        tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
     found: list[Hypothesis] = []
-    for ids_, begin in _hopeful(before, begun):
+    for ids_, begin in _hopeful(before, tried):
         aim = max((one.fit.posterior for one in found), default=-np.inf)
-        fit = _elsewhere(record, settled(record, begin, aim=aim), ids_, aim)
+        fit = _elsewhere(record, settled(record, begin, aim), ids_, aim)
         found.append(Hypothesis(ids_, fit.evidence - before.evidence, misfit(fit), misfit(before), fit))
     found = sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
     found = [one for one in found if one.evidence > GAIN]
@@ -328,14 +329,15 @@ def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) ->
             p[one.place] = value
             if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:
                 continue  # the record does not go there
-            found = climbed(record, p, best.unknowns, best.disturbance, aim=max(aim, best.posterior))
+            begin = begun(record, p, best.unknowns, best.disturbance)
+            found = climbed(record, begin, aim=max(aim, best.posterior))
             best = max(best, found, key=lambda each: each.posterior)
-    return best if best is fit else settled(record, best, aim=aim)
+    return best
 
 
-def _hopeful(before: Fitted, begun: Sequence[tuple[tuple[str, ...], Fitted]]) -> list[tuple[tuple[str, ...], Fitted]]:
+def _hopeful(before: Fitted, tried: Sequence[tuple[tuple[str, ...], Fitted]]) -> list[tuple[tuple[str, ...], Fitted]]:
     """Return the hypotheses that gain enough beside the likeliest, that one first."""
-    found = sorted(begun, key=lambda one: -one[1].posterior)
+    found = sorted(tried, key=lambda one: -one[1].posterior)
     most = max((fit.posterior for _, fit in found), default=before.posterior)
     least = most - (1.0 - HOPELESS) * max(most - before.posterior, 0.0)
     return [one for one in found if one[1].posterior >= least]

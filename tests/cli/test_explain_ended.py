@@ -20,7 +20,7 @@ def session(tmp_path_factory):
 @pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGHUP])
 def test_what_was_known_is_kept(session, tmp_path, ending):
     terminal = Terminal(tmp_path, *ETB_HIL, "explain", str(session), "--model", "default", "--out", "answer")
-    terminal.until("trying")
+    terminal.until("looking for a cause")
     terminal.program.send_signal(ending)
     assert terminal.end() == 5
     assert "interrupted while" in terminal.text

@@ -30,15 +30,15 @@ def test_before_the_calibration_nothing_is_known(cogging_recording):
 
 
 def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_recording, tmp_path):
-    answer = _interrupted_at(cogging_recording, "trying stribeck_shape")
+    answer = _interrupted_at(cogging_recording, "looking for a cause")
     found = plain(answer)
     assert found["verdict"] == "unexplained"
     assert found["causes"] == []
-    assert found["interrupted"] == "trying stribeck_shape"
+    assert found["interrupted"] == "looking for a cause"
     assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
     assert found["unexplained"]["where"]
     assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
-    assert "interrupted while trying stribeck shape" in write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "interrupted while looking for a cause" in write_explanation(found, None, tmp_path).read_text("utf-8")
 
 
 def test_after_the_search_the_causes_are_kept(cogging_recording):

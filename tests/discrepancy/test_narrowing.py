@@ -34,7 +34,7 @@ def with_class(found, ambiguity_group, verdict="ambiguous", **changed):
 
 def suspect(found, id_):
     """The cause's fit under the name of another suspect."""
-    candidate = next(one.candidate for one in found.screened if one.candidate.id == id_)
+    candidate = found.tested[id_][0]
     return replace(found.accepted[0].winner, candidate=candidate)
 
 
@@ -74,12 +74,12 @@ def test_a_record_with_another_cause_tells_nothing(found):
 
 def test_what_a_record_could_not_judge_it_does_not_tell_apart(found):
     answer, other = with_class(found, OTHERS), with_class(found, [], "explained")
-    narrow(answer, replace(other, screened=[one for one in other.screened if one.candidate.id != "torque_ripple"]))
+    narrow(answer, replace(other, tested={id_: one for id_, one in other.tested.items() if id_ != "torque_ripple"}))
     assert answer.accepted[0].ambiguity_group == ["torque_ripple"]
 
 
 def test_base_parameters_too_small_to_be_candidates_are_judged_all_the_same(found):
-    assert "parameter:dead_zone" not in {one.candidate.id for one in found.screened}
+    assert "parameter:dead_zone" not in found.tested
     answer = with_class(found, ["parameter:dead_zone"])
     narrow(answer, with_class(found, [], "explained"))
     assert answer.accepted[0].ambiguity_group == []

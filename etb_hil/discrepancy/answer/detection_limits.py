@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.answer.masking import Masking
 from etb_hil.discrepancy.candidates.candidate import Candidate, beyond_judging
-from etb_hil.discrepancy.candidates.screening import stepped
+from etb_hil.discrepancy.candidates.sensitivity import stepped
 from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
@@ -40,9 +40,9 @@ def detection_limits(findings: Findings, least_gain: float) -> dict[str, Detecti
     Detectable means by three sigma, by a cause's least share of the residual, and in one group by more than chance. It
     is the larger one of both signs. Above the effect's bounds it is not `within_bounds`; an effect that was not tested
     is not `judged`: there is no limit, and `says` gives the reason. The limit of an effect of a place holds `where` the
-    record went, and `says` so.
+    record went, and `says` so. What is no cause has a shape in the middle of those that are tried.
     """
-    if not findings.screened:
+    if not findings.tested:
         return {}
     fit = findings.final.fit
     noise = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
@@ -50,7 +50,7 @@ def detection_limits(findings: Findings, least_gain: float) -> dict[str, Detecti
     hidden = Masking(
         findings, least, np.where(findings.samples >= LEAST_SAMPLES, findings.samples * _GROUP_GAIN, np.inf)
     )
-    asked = {one.candidate.id: one.candidate for one in findings.screened}
+    asked = {id_: shapes[len(shapes) // 2] for id_, shapes in findings.tested.items()}
     asked |= {each.winner.id: each.winner.candidate for each in findings.accepted}
     judged = [asked[id_] for id_ in CATALOGUE if id_ in asked]
     found = side_by_side(lambda one: _judged(findings, one, hidden), judged)
@@ -137,4 +137,5 @@ def _column(findings: Findings, candidate: Candidate, unknown: Unknown) -> Float
     for k, one in enumerate(final.unknowns):
         if one.place == unknown.place:
             return np.asarray(final.jacobian[:, k] * (unknown.scale / one.scale))
-    return stepped(residual_of(findings.balances), final.fit, candidate)[:, 0]
+    step, *_ = stepped(residual_of(findings.balances), final.fit, candidate).T
+    return np.asarray(step * (unknown.scale / candidate.steps[0]))

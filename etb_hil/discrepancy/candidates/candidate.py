@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import met_before
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE, acting_at
 from etb_hil.plant.effects.effect import Effect, Need
@@ -28,8 +27,7 @@ class Candidate:
     """A candidate at one shape: `unknowns` to fit; `frees`: a parameter it frees.
 
     The freed parameter leaves its tolerance. `also_frees`: another parameter that leaves its tolerance with it, since
-    one fault changes both. `begins`: the value from which the freed parameter is fitted; None: from the edge of its
-    box, where a gradient leads.
+    one fault changes both.
     """
 
     id: str
@@ -38,7 +36,6 @@ class Candidate:
     unknowns: tuple[Unknown, ...]
     frees: str = ""
     steps: tuple[float, ...] = ()
-    begins: float | None = None
     also_frees: str = ""
 
     @property
@@ -57,7 +54,10 @@ class Candidate:
 def candidates_for(
     balances: Sequence[Balances], base: Sequence[Unknown], without: Iterable[str] = ()
 ) -> dict[str, list[Candidate]]:
-    """Return all candidates that these data can show, by id; `without`: ids left out."""
+    """Return all candidates that these data can show, by id in all shapes.
+
+    `without`: ids left out.
+    """
     out = {*without, *beyond_judging(balances)}
     load = balances[0].load
     found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
@@ -65,8 +65,7 @@ def candidates_for(
         id_ = parameter_id(unknown.name)
         is_candidate = id_ not in out and unknown.name not in TOO_SMALL and not unknown.is_known
         if is_candidate and unknown.place < PARAMETERS:
-            begins = met_before(unknown, balances) or (None,)
-            found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
+            found[id_] = [Candidate(id_, None, (), (), unknown.name)]
     return found
 
 

@@ -29,7 +29,6 @@ Float64 = NDArray[np.float64]
 _ITERATIONS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
 _RESTS = 0.02  # rad/s
-GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)  # rad that a plate may press a stop in
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,22 +93,6 @@ def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Ba
             unknown.put(stated, 0.0)
     stated = _at_the_stops(stated, unknowns, balances)
     return [stated, _at_limp_home(stated.copy(), unknowns, balances), _met_early(stated.copy(), unknowns)]
-
-
-def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:
-    """Return positions (rad) of a stop that the motion ends before; else none.
-
-    No gradient leads there: a plate that is held before a stop shows nothing of it. How far it went into the stop is
-    unknown.
-    """
-    if unknown.place not in (STOP_LOW, STOP_HIGH):
-        return []
-    lowest, highest = _touches(balances)
-    if unknown.place == STOP_HIGH and highest < unknown.centre + unknown.scale * unknown.low:
-        return [highest - way for way in GIVES_WAY]
-    if unknown.place == STOP_LOW and lowest > unknown.centre + unknown.scale * unknown.high:
-        return [lowest + way for way in GIVES_WAY]
-    return []
 
 
 def _touches(balances: Sequence[Balances]) -> tuple[float, float]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import open_bridge
 from etb_hil.estimation.kalman import NOISE_VOLTAGE
 from etb_hil.estimation.record import Record, record
 from etb_hil.plant.parameters import Model
+from etb_hil.recording.samples import Float64
 
 
 def as_record(measured: Measurement, model: Model) -> Record:
@@ -19,18 +21,24 @@ def as_record(measured: Measurement, model: Model) -> Record:
     Its sensors are as good as the record shows. The force of a drive stands where a throttle has its voltage: a drive's
     winding has 1 ohm and no lag.
     """
-    model = replace(model, sensors=measured.sensors)
+    model, bad = replace(model, sensors=measured.sensors), ~measured.is_good
+    time = np.arange(len(measured), dtype=np.float64) * measured.dt
     if measured.is_drive:
-        time = np.arange(len(measured), dtype=np.float64) * measured.dt
-        made = record(time, measured.voltage, model, motor=measured.angle)
+        unsure = np.where(bad, np.max(np.square(measured.voltage)), 0.0)
+        made = record(time, measured.voltage, model, motor=_read(measured.angle, bad), unsure=unsure)
         made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2
         return made
-    motor, plate = measured.motor_and_plate
     is_alone = measured.is_plates and measured.encoder is None
+    angles = (None, measured.angle) if is_alone else measured.motor_and_plate
+    current, motor, plate = (_read(one, bad) for one in (measured.current, *angles))
     # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
-    unsure = np.where(open_bridge(measured) | ~measured.is_good, model.values.voltage_limit**2, 0.0)
+    unsure = np.where(open_bridge(measured) | bad, model.values.voltage_limit**2, 0.0)
     return record(
-        np.arange(len(measured), dtype=np.float64) * measured.dt, measured.voltage, model, current=measured.current,
-        motor=None if is_alone else motor, plate=measured.angle if is_alone else plate,
-        temperature=measured.temperature, unsure=unsure,
+        time, measured.voltage, model, current=current, motor=motor, plate=plate, temperature=measured.temperature,
+        unsure=unsure,
     )  # fmt: skip
+
+
+def _read(values: Float64 | None, bad: NDArray[np.bool_]) -> Float64 | None:
+    """Return readings without those of bad samples, which were bridged."""
+    return None if values is None else np.where(bad, np.nan, values)

@@ -17,6 +17,7 @@ from etb_hil.discrepancy.candidates.collinearity import (
     weightings,
     zeros,
 )
+from etb_hil.discrepancy.candidates.sensitivity import stepped
 from etb_hil.discrepancy.candidates.uniform_weighting import uniformly_weighted
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
@@ -74,23 +75,8 @@ def sensitivities(
             continue
         progress(id_)
         chosen = shapes[:: max(1, len(shapes) // _MOST_SHAPES)]
-        effects[id_] = [Shape(one, _stepped(at.fit.residual, residual, at.fit.whole, one)) for one in chosen]
+        effects[id_] = [Shape(one, stepped(residual, at.fit, one)) for one in chosen]
     return Sensitivities(at.unknowns, at.jacobian, effects, angle_samples(segments))
-
-
-def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Float64, candidate: Candidate) -> Float64:
-    effect = candidate.effect
-    assert effect is not None  # noqa: S101 (base parameters are not stepped here)
-    shaped = whole.copy()
-    for unknown, value, parameter in zip(candidate.unknowns, candidate.shape, effect.parameters, strict=True):
-        if not parameter.is_strength:
-            shaped[unknown.place] = value
-    found = []
-    for unknown, step in zip(candidate.strengths, candidate.steps, strict=True):
-        moved = shaped.copy()
-        moved[unknown.place] = step
-        found.append(residual(moved) - plain)
-    return np.column_stack(found)
 
 
 def combined(parts: Sequence[Sensitivities]) -> Sensitivities:

@@ -36,6 +36,5 @@ def narrow(findings: Findings, other: Findings) -> tuple[Isolation, ...]:
 
 def _excluded(ids: list[str], judged: SelectionStep, other: Findings) -> list[str]:
     """Return those of some ids that a record tested and excludes beside its cause."""
-    tested = {one.candidate.id for one in other.screened}
-    tested |= {parameter_id(unknown.name) for unknown in other.calibration.unknowns}
+    tested = set(other.tested) | {parameter_id(unknown.name) for unknown in other.calibration.unknowns}
     return [id_ for id_ in ids if id_ in tested - {judged.winner.id, *judged.ambiguity_group}]

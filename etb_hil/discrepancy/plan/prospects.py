@@ -47,7 +47,8 @@ def members(found: SelectionStep) -> list[Truth]:
     """Return a cause, and what was fitted of its ambiguity group."""
     ids = found.compared[0].ids if found.compared else (found.winner.id,)
     others = [one for one in found.compared[1:] if set(one.ids) & set(found.ambiguity_group)]
-    return [Truth(ids, found.winner.fit.whole), *(Truth(one.ids, one.parameters) for one in others)]
+    own = found.winner.fit.whole if found.accepted else found.compared[0].parameters
+    return [Truth(ids, own), *(Truth(one.ids, one.parameters) for one in others)]
 
 
 def left_beside(
@@ -73,6 +74,8 @@ def left_beside(
         return None
     left = {id_ for ids, one in found.items() if any(one is other for other in open_) for id_ in ids}
     blind = [id_ for id_ in group or () if id_ in CATALOGUE and not can_show(made, CATALOGUE[id_])]
-    away = {id_: float(np.sqrt(2.0 * abs(own.evidence - one.evidence))) for ids, one in found.items() for id_ in ids}
+    shows = float(np.sqrt(2.0 * step.best.evidence))
+    away = dict.fromkeys(group or (), shows)  # what soon gains too little is little better than no cause at all
+    away |= {id_: float(np.sqrt(2.0 * abs(own.evidence - one.evidence))) for ids, one in found.items() for id_ in ids}
     ids = dict.fromkeys([*sorted(left - set(truth.ids)), *blind])
-    return Left(tuple(ids), away, float(np.sqrt(2.0 * step.best.evidence)))
+    return Left(tuple(ids), away, shows)

@@ -62,9 +62,8 @@ def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     if effect is not None and effect.finer and excess(groups, findings.samples).sum() > 0.0:
         more = [*after.unknowns, *finer_unknowns(effect, balances[0].load)]
         after = calibrate(known, balances, after.fit.whole, more)
-        groups = group_means(balances, after.fit.whole)[0] / findings.final_noise_floor.level
     t = held_out(after.fit, after.jacobian, after.unknowns, segment).t_against(
         held_out(before.fit, before.jacobian, before.unknowns, segment)
     )
     winner = Refined(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns)
-    return SelectionStep(before, winner, (), findings.final_groups, groups, t)
+    return SelectionStep(before, winner, (), t)

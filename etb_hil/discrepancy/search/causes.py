@@ -21,7 +21,6 @@ from etb_hil.discrepancy.candidates.refinement import Refined, unknowns_of
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
-from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.search.current_model import continue_from
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
@@ -52,8 +51,7 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     if not beyond_chance(findings.final_groups, findings.samples).any():
         return "explained" if findings.accepted else "adequate"
     made = joined([as_record(b.measured, findings.model) for b in balances])
-    tested = candidates_for(balances, findings.final.unknowns, without)
-    names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(tested)
+    names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(findings.tested)
     out = [*without, *beyond_judging(balances), *map(own_name, names)]
     found = searched(made, findings.model, out, progress)
     for step in found.causes:
@@ -81,7 +79,7 @@ def _accept(findings: Findings, step: Step) -> None:
     winner, t = _fitted(findings, before, step.best)
     for k, id_ in enumerate(ids):
         candidate = replace(winner.candidate, id=id_, frees=_name_of(step.best.ids[k]), also_frees="")
-        found = _step(findings, before, replace(winner, candidate=candidate), t, step)
+        found = SelectionStep(before, replace(winner, candidate=candidate), _compared(step), t)
         if k > 0:
             found.compared = ()  # the first step has what was compared
         found.ambiguity_group = sorted(group - set(ids))
@@ -92,7 +90,9 @@ def _accept(findings: Findings, step: Step) -> None:
 
 def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep:
     """Return the step of a hypothesis that is no cause."""
-    found = _step(findings, findings.final, *_fitted(findings, findings.final, best), step)
+    before = findings.final
+    winner = Refined(_candidate(findings, before, best), before.fit, before.unknowns)
+    found = SelectionStep(before, winner, _compared(step))
     left = best.misfit / step.misfit
     if step.best is not best:
         found.rejection = _DRIFTS
@@ -104,10 +104,9 @@ def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep
     return found
 
 
-def _step(findings: Findings, before: Calibration, winner: Refined, t: float, step: Step) -> SelectionStep:
-    balances = findings.balances
-    groups = group_means(balances, winner.fit.whole)[0] / findings.final_noise_floor.level
-    compared = tuple(
+def _compared(step: Step) -> tuple[Compared, ...]:
+    """Return what was compared and has a name."""
+    return tuple(
         Compared(
             tuple(file_name(id_) for id_ in one.ids),
             one.evidence,
@@ -117,7 +116,6 @@ def _step(findings: Findings, before: Calibration, winner: Refined, t: float, st
         for one in step.hypotheses
         if one.ids != (DRIFT,)
     )
-    return SelectionStep(before, winner, compared, findings.final_groups, groups, t)
 
 
 def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[Refined, float]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.discrepancy.candidates.candidate import Candidate
 from etb_hil.discrepancy.candidates.nonparametric import NonparametricTerm
 from etb_hil.discrepancy.candidates.refinement import Refined
-from etb_hil.discrepancy.candidates.screening import Screened
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
@@ -39,18 +40,15 @@ class Compared:
 class SelectionStep:
     """One step of a search: the model before it, and the hypotheses compared.
 
-    `winner`: the likeliest one, fitted in the balances. `compared`: all hypotheses, the winner first; none
-    where it was measured at the bench. `before_groups`, `after_groups`: each group's mean square over its noise floor.
-    `t`: Student's t of the winner over held-out segments. `ambiguity_group`: ids that the record does not distinguish
-    from it. `rejection`: why the winner is no cause.
+    `winner`: the likeliest one, fitted in the balances where it is accepted. `compared`: all hypotheses, the winner
+    first; none where it was measured at the bench. `t`: Student's t of the winner over held-out segments.
+    `ambiguity_group`: ids that the record does not distinguish from it. `rejection`: why the winner is no cause.
     """
 
     before: Calibration
     winner: Refined
     compared: tuple[Compared, ...]
-    before_groups: Float64
-    after_groups: Float64
-    t: float
+    t: float = 0.0
     ambiguity_group: list[str] = field(default_factory=list)
     accepted: bool = False
     rejection: str = ""
@@ -75,8 +73,8 @@ class Findings:
     """Findings of a search: the `selection_steps` in order, and the models.
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
-    causes. `screened`: all candidates that these data can show, linear about the calibrated model. `rest`: what
-    nonparametric terms explain of the residual.
+    causes. `tested`: all candidates that these data can show, by id in all shapes. `rest`:
+    what nonparametric terms explain of the residual.
     """
 
     model: Model
@@ -87,7 +85,7 @@ class Findings:
     current_model: CurrentModel
     first_groups: Float64
     samples: NDArray[np.int64]
-    screened: list[Screened] = field(default_factory=list)
+    tested: Mapping[str, Sequence[Candidate]] = field(default_factory=dict)
     rest: list[NonparametricTerm] = field(default_factory=list)
     verdict: str = ""
     is_interrupted: bool = False

@@ -10,9 +10,8 @@ from contextlib import contextmanager
 
 from etb_hil.discrepancy.candidates.candidate import candidates_for
 from etb_hil.discrepancy.candidates.nonparametric import NonparametricTerm, beyond_tolerances, nonparametric_terms
-from etb_hil.discrepancy.candidates.screening import Linear, screen
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import calibrate, residual_of
+from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.search.bench_numbers import accept_measured
 from etb_hil.discrepancy.search.causes import accept_likely
@@ -53,10 +52,7 @@ def search(
     )
     out = [*without, *(entry.id for entry in model.effects)]
     with _interruptible(findings):
-        known = candidates_for(segments, calibration.unknowns, out)
-        findings.screened = screen(
-            residual_of(segments), Linear.of(calibration), known, lambda id_: progress(f"trying {id_}")
-        )
+        findings.tested = candidates_for(segments, calibration.unknowns, out)
         accept_measured(findings)
         findings.verdict = accept_likely(findings, out, progress)
         consider_force_scale(findings)

@@ -1,0 +1,30 @@
+"""Score unknowns and variances of a filtered record together (Fisher's scoring)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from etb_hil.estimation import kalman
+from etb_hil.estimation.filtering import Column, Filtered, Normal, sensitivities
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.variances import VARIANCES, normal_of_variances
+
+
+def scored(record: Record, at: Filtered, columns: Sequence[Column]) -> Normal:
+    """Return what a filtered record knows of columns, and of the variances.
+
+    These stand behind the columns. Each of the `VARIANCES` is in shares of what it is.
+    """
+    known, count = sensitivities(record, at, columns, is_kept=True), VARIANCES
+    noise = at.disturbance.noise.voltage * record.settings[kalman.NOISE_VOLTAGE]
+    q = np.array([at.disturbance.torque**2, at.disturbance.voltage**2, noise])
+    matrix, gradient, rows = np.zeros((count, count)), np.zeros(count), np.zeros((len(record), 3, count))
+    normal_of_variances(
+        record.since, record.dt, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, at.noises, q,
+        matrix, gradient, rows,
+    )  # fmt: skip
+    across = np.tensordot(known.rows, rows, axes=((0, 1), (0, 1)))
+    joint = np.block([[known.matrix, across], [across.T, matrix]])
+    return Normal(joint, np.concatenate([known.gradient, gradient]), np.empty((0, 3, len(columns) + count)))
