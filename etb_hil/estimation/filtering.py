@@ -223,7 +223,7 @@ def sensitivities(
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip
     order = np.argsort([*base, *rest])
-    if rest and base and max(base) > min(rest):
+    if rest and base and max(base) > min(rest):  # else they are in order, and the rows are many
         matrix, gradient, rows = matrix[np.ix_(order, order)], gradient[order], rows[:, :, order]
     return Normal(matrix, gradient, rows)
 

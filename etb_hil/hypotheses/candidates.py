@@ -27,7 +27,7 @@ CHANGES = 1.0  # K: a temperature that stays within it tells nothing of heat
 class Candidate:
     """An effect in one shape, its strengths 0 or as a law of the model file says.
 
-    `turn`: which of a strength's starts its effect is taken at; a small one may show nothing of a large one.
+    `turn`: which start of each strength its effect is evaluated at. At a small size a wide zone shows nothing.
     """
 
     effect: Effect

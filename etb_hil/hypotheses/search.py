@@ -115,7 +115,7 @@ def searched(
 
     Where the residual may be of the shape of a cause, another one has to explain all but little of it.
     """
-    record, effects, first = _begun(whole, model)
+    record, effects, first = _prepared(whole, model)
     steps: list[Step] = []
     is_interrupted = False
     try:
@@ -158,14 +158,14 @@ def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, with
 
     None where none of them is likelier than the model; `without`: ids that are not tried.
     """
-    record, effects, before = _begun(whole, model)
+    record, effects, before = _prepared(whole, model)
     known = {DRIFT, *effects, *(PARAMETER + one.name for one in before.unknowns)}
     out = {id_ for id_ in known if ids is not None and id_ not in ids}
     out |= {*without, *(entry.id for entry in model.effects)}
     return stepped(record, before, effects, out)
 
 
-def _begun(whole: Record, model: Model) -> tuple[Record, dict[str, Effect], Fitted]:
+def _prepared(whole: Record, model: Model) -> tuple[Record, dict[str, Effect], Fitted]:
     """Return what is searched of a record, the effects, and the calibrated model."""
     record = with_terms(whole.thinned(SEARCHED, PARTS))
     effects = effects_of(model)

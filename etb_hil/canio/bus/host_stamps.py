@@ -25,5 +25,5 @@ def on_our_clock(stamp_ns: np.ndarray[Any, np.dtype[np.int64]], clock: Clock) ->
     A frame that came before the machine's clock was set and is read after it is stamped wrong by as much.
     """
     least, most = host_ahead_ns(clock.now_ns)
-    set_by_ns = max(0, least) + min(0, most)  # what time between the readings explains is no difference
+    set_by_ns = max(0, least) + min(0, most)  # 0 where the clocks may agree
     return stamp_ns - set_by_ns if abs(set_by_ns) >= _SET_NS else stamp_ns

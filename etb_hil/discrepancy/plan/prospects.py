@@ -75,7 +75,7 @@ def left_beside(
     left = {id_ for ids, one in found.items() if any(one is other for other in open_) for id_ in ids}
     blind = [id_ for id_ in group or () if id_ in CATALOGUE and not can_show(made, CATALOGUE[id_])]
     shows = float(np.sqrt(2.0 * step.best.evidence))
-    away = dict.fromkeys(group or (), shows)  # what soon gains too little is little better than no cause at all
+    away = dict.fromkeys(group or (), shows)  # where a fit was ended early: it gains hardly more
     away |= {id_: float(np.sqrt(2.0 * abs(own.evidence - one.evidence))) for ids, one in found.items() for id_ in ids}
     ids = dict.fromkeys([*sorted(left - set(truth.ids)), *blind])
     return Left(tuple(ids), away, shows)

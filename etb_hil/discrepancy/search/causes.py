@@ -79,9 +79,8 @@ def _accept(findings: Findings, step: Step) -> None:
     winner, t = _fitted(findings, before, step.best)
     for k, id_ in enumerate(ids):
         candidate = replace(winner.candidate, id=id_, frees=_name_of(step.best.ids[k]), also_frees="")
-        found = SelectionStep(before, replace(winner, candidate=candidate), _compared(step), t)
-        if k > 0:
-            found.compared = ()  # the first step has what was compared
+        compared = _compared(step) if k == 0 else ()  # the first one has what was compared
+        found = SelectionStep(before, replace(winner, candidate=candidate), compared, t)
         found.ambiguity_group = sorted(group - set(ids))
         found.accepted = True
         findings.selection_steps.append(found)

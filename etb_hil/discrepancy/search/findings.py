@@ -73,8 +73,8 @@ class Findings:
     """Findings of a search: the `selection_steps` in order, and the models.
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
-    causes. `tested`: all candidates that these data can show, by id in all shapes. `rest`:
-    what nonparametric terms explain of the residual.
+    causes. `tested`: all candidates that these data can show, by id in all shapes. `rest`: what
+    nonparametric terms explain of the residual.
     """
 
     model: Model
