@@ -5,6 +5,8 @@ The controller feeds forward what it knows, and the law does the rest.
 
 from __future__ import annotations
 
+import math
+
 from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
 from etb_hil.controller.laws.choice import law_torque
@@ -41,13 +43,20 @@ def feed_forward(s: State, nominal: Vector) -> float:
 
 @njit(cache=True, error_model="numpy")
 def drive_voltage(s: State, settings: Settings, nominal: Vector) -> float:
-    """Return the voltage in V for this control tick; the bridge's limit is kept."""
+    """Return the voltage in V for this control tick; the bridge's limit is kept.
+
+    It is NaN, and the bridge goes off, where the law has no finite torque for finite errors.
+    """
     limit = nominal[VOLTAGE_LIMIT]
     if s.mode == VOLTAGE:
         return min(max(s.setpoint_voltage, -limit), limit)
     error = s.position - s.measured_position
     rate = s.velocity - s.measured_velocity
-    torque = feed_forward(s, nominal) + law_torque(settings.law, settings.gain, s.law_memory, error, rate)
+    from_law = law_torque(settings.law, settings.gain, s.law_memory, error, rate)
+    if math.isfinite(error + rate) and not math.isfinite(from_law):
+        s.law_failed = s.released = 1
+        return math.nan
+    torque = feed_forward(s, nominal) + from_law
     to_volt = nominal[RESISTANCE] / nominal[TORQUE_PER_AMPERE]
     wanted = torque * to_volt + nominal[BACK_EMF] * s.velocity
     given = min(max(wanted, -limit), limit)

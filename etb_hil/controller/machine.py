@@ -15,7 +15,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.rewinding import Rewindable
 from etb_hil.controller import monitors
 from etb_hil.controller.kernel import ARRIVED, run_ticks
-from etb_hil.controller.laws.choice import law_gains, law_number
+from etb_hil.controller.laws.choice import failed_law, law_gains, law_number
 from etb_hil.controller.noise import generator
 from etb_hil.controller.reference import PRESS
 from etb_hil.controller.sensors import data_sheet
@@ -96,6 +96,7 @@ class Machine(Rewindable):
         self._settings = record(Settings)
         self._settings["start_ns"] = start_ns
         self._settings["has_single"], self._settings["has_burst"] = has_single, has_burst
+        self._law = law
         self._settings["law"] = law_number(law)
         self._settings["gain"] = law_gains(law, known)
         stall_torque = known.torque_per_ampere * known.voltage_limit / known.resistance
@@ -126,6 +127,7 @@ class Machine(Rewindable):
         self._burst = np.zeros((3, BURST_SAMPLES))
         self._start_ns = start_ns
         self._tick: NDArray[np.int64] = self._state["tick"]  # a view
+        self._law_failed: NDArray[np.int64] = self._state["law_failed"]  # likewise
 
     @property
     def tick(self) -> int:
@@ -221,7 +223,7 @@ class Machine(Rewindable):
 
         `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; an event takes effect at the first
         control tick at or after its stamp. Each output is overwritten by the next, so a segment of more than a second
-        comes as copies.
+        comes as copies. InputError where the law has no finite torque; the bridge is off then.
         """
         end = -((self._start_ns - until_ns) // TICK_NS)
         used = 0
@@ -233,6 +235,9 @@ class Machine(Rewindable):
                 slice_end, self._state, self._settings, self._sheet, self._plant, self._laws, self._unit, self._nominal,
                 event_ns[used:], event[used:], samples, statuses, switches, self._burst,
             )  # fmt: skip
+            if self._law_failed[0]:
+                self._law_failed[0] = 0
+                raise failed_law(self._law)
             used += taken
             parts = samples[:sampled], statuses[:stated], switches[:switched]
             is_whole = slice_end == end and not outputs

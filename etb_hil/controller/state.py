@@ -55,7 +55,7 @@ class State:
     tick: int
     mode: int
     driving: int  # 1 while the bridge is on
-    released: int  # 1 once limp-home mode has done its work
+    released: int  # 1 once limp-home mode has done its work, or the law has failed
     faults: int
     crc_until: int  # ticks until which a refused frame shows in the status
     counter_until: int
@@ -81,6 +81,7 @@ class State:
     measured_velocity: float
     voltage: float  # V over the motor, NaN with the bridge open
     law_memory: Annotated[NDArray[np.float64], MEMORY]
+    law_failed: int  # 1 once the law's torque is not finite
     over_current_ms: int
     over_duty_ms: int
     temperature: float  # degC of the housing

@@ -269,6 +269,23 @@ def test_a_law_that_fails_is_refused_before_anything_moves(old, new, says, part,
         etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
 
 
+@pytest.mark.parametrize("new", ["1 / 0", "np.nan", "-np.inf", "int(memory[1:0].max())"])
+def test_a_law_that_fails_in_compiled_code_is_refused_before_anything_moves(new, part, tmp_path, capfd):
+    _changed(part("soft_pd"), "return float(", f"return {new} if abs(error) > 0.01 else float(")
+    with pytest.raises(InputError, match=r"soft_pd\.py: .*it raised an exception, or its torque was not finite"):
+        etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
+    assert not (tmp_path / "sessions").exists()
+    assert "Exception ignored" not in capfd.readouterr().err
+
+
+def test_a_law_that_fails_on_a_unit_alone_ends_the_run_with_the_drive_off(part, tmp_path):
+    _changed(part("soft_pd"), "return float(", "return 1 / 0 if abs(error) > 0.03 else float(")
+    with pytest.raises(InputError, match=r"soft_pd\.py: .*it raised an exception"):
+        etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), unit="faulty", folder=tmp_path / "sessions")
+    (events,) = (tmp_path / "sessions").glob("*/events.jsonl")
+    assert '"safe_state", "state": "verified"' in events.read_text("utf-8")
+
+
 def test_a_reader_that_fails_costs_nothing_that_came_before(part, lines):
     path, run = lines
     _changed(part("frame_lines"), "yield self._block(chunk)", "yield self._block(chunk); 1 / 0")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.controller.laws.interface import GAINS
 from etb_hil.controller.laws.outside import address_of, called, compiled, gains_of
 from etb_hil.controller.laws.registry import LAWS
@@ -36,6 +37,14 @@ def law_gains(name: str, nominal: ThrottleParameters) -> Vector:
     designed = _OWN[name].gains(nominal) if name in _OWN else gains_of(LAWS.of_plugins()[name], nominal)
     gains[: len(designed)] = designed
     return gains
+
+
+def failed_law(name: str) -> InputError:
+    """Return the error of a law that has no finite torque in compiled code."""
+    what = "it raised an exception, or its torque was not finite"
+    if name in _OWN:
+        return InputError(Problem(f"the control law {name!r}: {what}"))
+    return LAWS.of_plugins()[name].refused(what)
 
 
 def _written_out() -> Callable[..., Any]:

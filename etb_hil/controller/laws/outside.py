@@ -29,6 +29,8 @@ def compiled(torque: Any) -> Any:  # noqa: ANN401 (Numba's dispatchers have no t
 def address_of(part: Part) -> int:
     """Return the address at which `called` finds a law of a plug-in.
 
+    There it returns NaN where it raises an exception.
+
     InputError where it cannot be compiled.
     """
     law: ControlLaw = part.value
@@ -36,7 +38,10 @@ def address_of(part: Part) -> int:
         torque = compiled(law.torque)
 
         def entry(gain: Any, memory: Any, error: float, rate: float) -> Any:  # noqa: ANN401 (pointers)
-            return torque(carray(gain, GAINS), carray(memory, MEMORY), error, rate)
+            try:  # an exception cannot leave a function that is called by its address
+                return torque(carray(gain, GAINS), carray(memory, MEMORY), error, rate)
+            except Exception:  # noqa: BLE001 (the only one that Numba knows)
+                return np.nan
 
         pointer = types.CPointer(types.float64)
         with part.guarded("compiling its torque"):
