@@ -25,7 +25,7 @@ from etb_hil.api.runs import Run, run
 from etb_hil.base.errors import InputError, Place
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.plugins import parts, temporary_part
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.base.validation import problem_of
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
@@ -59,7 +59,7 @@ def check_effect(effect: Effect) -> None:
     The effect is nothing at zero strength, and changes a driven plant.
     """
     with _refused_as_failure(), _having("effects", effect.id, effect, is_known=effect.id in CATALOGUE):
-        model = load_model(find("model", "default"))
+        model = load_model(stock_file("model", "default"))
         time_ns = np.arange(4000) * 500_000
         voltage = 6.0 * np.sin(9e-9 * time_ns)
 
@@ -105,7 +105,7 @@ def check_observer(kind: ObserverKind) -> None:
     A sample that is not a number must have no estimate and no effect on later ones beyond a tenth of a second.
     """
     with _refused_as_failure(), _having("observers", _NAME, kind) as name, _run("friction_check") as live:
-        model = load_model(find("model", "default"))
+        model = load_model(stock_file("model", "default"))
         make = observer_kind(name).make
         time_ns, current, angle = _stream(live.recording, model.values.gear_ratio)
 
@@ -144,7 +144,7 @@ def check_key(key: SecurityKey) -> None:
         assert first, f"the key of a seed of {length} bytes is empty"
         assert first == second, f"two keys of one seed of {length} bytes differ"
     with _having("keys", _NAME, key) as name, tempfile.TemporaryDirectory() as folder:
-        stock = yaml.safe_load(find("bench", "virtual_uds").read_text("utf-8"))
+        stock = yaml.safe_load(stock_file("bench", "virtual_uds").read_text("utf-8"))
         stock["uds"]["security"]["key"] = name
         bench = Path(folder) / "bench.yaml"
         bench.write_text(yaml.safe_dump(stock, sort_keys=False), "utf-8")
@@ -159,10 +159,10 @@ def check_law(law: ControlLaw) -> None:
     """
     own = next((name for name, one in LAWS.all_own().items() if one is law), None)
     with _refused_as_failure(), _having("laws", own or _NAME, law, is_known=own is not None) as name:
-        gains = law_gains(name, load_model(find("model", "default")).values)
+        gains = law_gains(name, load_model(stock_file("model", "default")).values)
         assert gains.any(), "all its gains are zero"
         with tempfile.TemporaryDirectory() as folder:
-            stock = yaml.safe_load(find("bench", "virtual_classic").read_text("utf-8"))
+            stock = yaml.safe_load(stock_file("bench", "virtual_classic").read_text("utf-8"))
             bench = Path(folder) / "bench.yaml"
             bench.write_text(yaml.safe_dump({**stock, "law": name}, sort_keys=False), "utf-8")
             with _run("friction_check", bench) as live:
@@ -180,7 +180,7 @@ def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None
     known = {kind_name(one) for one in phase_kinds().values()}
     with _refused_as_failure(), _having("phases", _NAME, phase, is_known=name in known):
         entry = {"kind": name, "id": "part", **settings}
-        throttle = load_model(find("model", "default")).values
+        throttle = load_model(stock_file("model", "default")).values
         try:
             one, other = (read_phase(entry).trajectory(throttle.limp_home, throttle) for _ in range(2))
         except ValidationError as error:

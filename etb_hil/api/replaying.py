@@ -57,7 +57,7 @@ def replay(
     default the stock ones, on a `channel` (from 0) or all. `jobs` processes work side by side, or the workers of the
     `dask` scheduler at an address. Raises InputError where a file to judge by is wrong, before the first one is judged.
     """
-    from etb_hil.base.stock import find
+    from etb_hil.base.stock import find, stock_file
     from etb_hil.bench.bench_file import load_plugins
     from etb_hil.replays.many_logs import judge_task, tasks_for
     from etb_hil.replays.session_replay import RuleFiles
@@ -70,8 +70,8 @@ def replay(
     own_limits = None if limits is None else find("limits", str(limits))
     files = RuleFiles(
         find("bench", str(bench)),
-        own_model or find("model", "default"),
-        own_limits or find("limits", "default"),
+        own_model or stock_file("model", "default"),
+        own_limits or stock_file("limits", "default"),
         observer=observer,
     )
     load_plugins(files.bench)

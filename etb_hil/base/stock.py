@@ -43,21 +43,29 @@ def stock_files(kind: str) -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob(f"*{suffix}"))}
 
 
+def stock_file(kind: str, name: str) -> Path:
+    """Return the path of a stock file, whatever lies in the current folder."""
+    return stock_files(kind)[name]
+
+
 def find(kind: str, name: str, beside: Path | None = None) -> Path:
     """Return the path of a file given by path or by the name of a stock file.
 
-    A path may also start beside another file.
+    A path may also start beside another file. A stock file that names another one means a stock file.
 
     Raises InputError that lists the stock names where there is no such file.
     """
     given = Path(name)
+    folder, suffix = _FOLDERS[kind]
+    stock = folder / f"{given.name.removesuffix(suffix)}{suffix}"
+    is_stock = given.name == str(given) and _is_file(stock)
+    if is_stock and beside is not None and beside.resolve().parent in own_folders():
+        return stock
     if _is_file(given):
         return given
     if beside is not None and _is_file(beside.parent / given):
         return beside.parent / given
-    folder, suffix = _FOLDERS[kind]
-    stock = folder / f"{given.name.removesuffix(suffix)}{suffix}"
-    if given.name == str(given) and _is_file(stock):
+    if is_stock:
         return stock
     if _is_folder(given):
         inside = next((path for path in sorted(given.glob(f"*{suffix}")) if kind in path.name), None)

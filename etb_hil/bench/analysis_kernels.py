@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.lean_imports import keep_imports_lean
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.dbc.writer import SAMPLE_COUNTER, MessageWriter
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
@@ -36,9 +36,9 @@ PERIOD_NS = 1_000_000  # between two samples
 
 def compile_analysis() -> None:
     """Judge the stock scenario as a run does, from the first frame to the verdict."""
-    setup = load_bench(find("bench", "virtual_classic"))
-    model, limits = load_model(find("model", "default")), load_limits(find("limits", "default"))
-    steps = load_scenario(find("scenario", "friction_check")).content.steps
+    setup = load_bench(stock_file("bench", "virtual_classic"))
+    model, limits = load_model(stock_file("model", "default")), load_limits(stock_file("limits", "default"))
+    steps = load_scenario(stock_file("scenario", "friction_check")).content.steps
     throttle = model.values
     parts = [_angles(step.phase.trajectory(throttle.limp_home, throttle), throttle) for step in steps]
     frames = _frames(setup.dialect, _columns(np.concatenate(parts), throttle))

@@ -15,7 +15,7 @@ from etb_hil.base.clock import Clock, WallClock
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.steady import steady
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.bench_file import BenchSetup, load_bench, load_plugins
 from etb_hil.bench.controller_lock import bench_lock
@@ -147,7 +147,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
         require_interface(setup.bench.bus, setup.document.place("bus", "interface"))
     if setup.bench.bus.interface == VIRTUAL:
         require_bursts_at_its_rate(setup.dialect)
-    unit = load_model(files.unit or find("model", "default"))
+    unit = load_model(files.unit or stock_file("model", "default"))
     if not attended:
         check_unattended(scenario)
     budgets = check_scenario(scenario, setup, model.values)
@@ -185,7 +185,7 @@ def execute(
     if job.files.station is not None:
         inputs["station"] = job.files.station
     if job.is_virtual:
-        inputs["unit"] = job.files.unit or find("model", "default")
+        inputs["unit"] = job.files.unit or stock_file("model", "default")
     with ExitStack() as held:
         if not job.is_virtual:
             held.enter_context(bench_lock(job.setup))

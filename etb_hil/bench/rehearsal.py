@@ -17,7 +17,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.plugins import has_plugins, when_changed
 from etb_hil.base.remembered import is_remembered, remember
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.safety_limits import SafetyLimits
@@ -264,7 +264,7 @@ def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) 
 
     Limits, rates, requests and law are the bench's.
     """
-    setup = load_bench(find("bench", "virtual_fd" if bench.measure.burst else "virtual_classic"))
+    setup = load_bench(stock_file("bench", "virtual_fd" if bench.measure.burst else "virtual_classic"))
     bus = setup.bench.bus
     stand_in = setup.bench.model_copy(
         update={"limits": with_margins(bench.limits), "command_rate": bench.command_rate, "measure": bench.measure}

@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
-    from etb_hil.base.stock import find
+    from etb_hil.base.stock import find, stock_file
     from etb_hil.bench.job import JobFiles, execute, prepare
     from etb_hil.discrepancy.fitting.balances import Balances
     from etb_hil.discrepancy.measured.segments import measurements_of
@@ -60,7 +60,7 @@ def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
         scenario=find("scenario", scenario),
         bench=find("bench", options.bench),
         model=model,
-        limits=find("limits", "default"),
+        limits=stock_file("limits", "default"),
         unit=model,
     )
     job = prepare(files)

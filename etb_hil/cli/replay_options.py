@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import ExitCode
-from etb_hil.base.stock import find
+from etb_hil.base.stock import find, stock_file
 from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.cli.ci_output import held_against
 from etb_hil.replays.log_replay import SEGMENT_S
@@ -144,8 +144,8 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
     load_plugins(bench)
     return RuleFiles(
         bench,
-        model or find("model", "default"),
-        limits or find("limits", "default"),
+        model or stock_file("model", "default"),
+        limits or stock_file("limits", "default"),
         load_bench(bench).dbc,
         options.observer,
     )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.modes import Mode
 from etb_hil.base.roles import COMMANDED, ROLES
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.canio.dbc.role_proposals import a_message_each, chosen
 
 if TYPE_CHECKING:
@@ -97,11 +97,11 @@ def starting_files(dbc: Path, folder: Path, database: Database, found: dict[str,
         roles="".join(_roles(found, best)),
     )
     model = (
-        find("model", "default")
+        stock_file("model", "default")
         .read_text("utf-8")
         .replace("name: default throttle", f'name: "{name[: _LONGEST_NAME - 20]}, not measured yet"')
     )
-    scenario = find("scenario", "friction_check").read_text("utf-8")
+    scenario = stock_file("scenario", "friction_check").read_text("utf-8")
     return {"bench.yaml": bench, "model.yaml": _MODEL + model, "scenario.yaml": _SCENARIO + scenario}
 
 

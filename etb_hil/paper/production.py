@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.diagnosis.phase_use import RunPhase, Use
@@ -30,9 +30,9 @@ def diagnosed(motion: Motion, kind: str, seed: int = 1) -> DiagnosisResult:
 
     It gets the default plant's sensors, and a model of the healthy unit that is off inside its tolerances.
     """
-    model = load_model(find("model", "default"))
+    model = load_model(stock_file("model", "default"))
     rng = np.random.default_rng(seed)
-    diagnosis = Diagnosis(model.drawn(rng), load_limits(find("limits", "default")))
+    diagnosis = Diagnosis(model.drawn(rng), load_limits(stock_file("limits", "default")))
     zero, moved = _rows(motion, model, rng)
     diagnosis.push(zero, RunPhase(0, "current_zero", "current_zero", Use.ZERO))
     diagnosis.push(moved, RunPhase(1, kind, kind, Use.FITTED))

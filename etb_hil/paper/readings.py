@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.paper.estimation import CUTOFF, FAR_ABOVE, MARGIN, estimate, numbers_of, paper_settings
 from etb_hil.paper.properties import bounded_bristles, passage
 from etb_hil.paper.setups import (
@@ -56,7 +56,7 @@ def readings(normal: Motion, fault: Motion) -> Sequence[Reading]:
 
 def _parameters(normal: Motion) -> list[Reading]:
     unit, fault = healthy(), faulty()
-    literal = load_model(find("model", "literal")).values
+    literal = load_model(stock_file("model", "literal")).values
     gear = unit.gear_ratio
     low = _peak(literal_fault())
     spring = unit.preload_open / unit.torque_per_ampere * 1e3

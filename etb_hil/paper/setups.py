@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.controller.laws.kinds import pd
 from etb_hil.plant.integrator import BRISTLE, CURRENT, OMEGA, STATES, THETA, TICK, advance_record, new_state
 from etb_hil.plant.parameters import ThrottleParameters, load_model
@@ -62,12 +62,12 @@ def healthy() -> ThrottleParameters:
 
     Its friction is T_st = 0.0095 N·m, T_c = 0.008 N·m (IV.3), at the throttle shaft.
     """
-    return load_model(find("model", "default")).values
+    return load_model(stock_file("model", "default")).values
 
 
 def faulty() -> ThrottleParameters:
     """Return the same with T_st = 0.0315 N·m, as IV.4 is read."""
-    return load_model(find("model", "faulty")).values
+    return load_model(stock_file("model", "faulty")).values
 
 
 def stribeck_friction(velocity: Float64, throttle: ThrottleParameters) -> Float64:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.plant.model_check import impossible
 from etb_hil.plant.parameter import Parameter
 from etb_hil.plant.parameters import Model, load_model
@@ -55,7 +55,7 @@ def random_unit(rng: Generator, *, healthy: bool) -> RandomUnit:
 
     They do with healthy friction.
     """
-    base = load_model(find("model", "default"))
+    base = load_model(stock_file("model", "default"))
     while True:
         drawn = _draw(rng, base.parameters, HEALTHY_RATIO)
         model = replace(base, name="random healthy unit", parameters=drawn)

@@ -3,7 +3,7 @@
 import pytest
 
 from etb_hil.base.errors import InputError
-from etb_hil.base.stock import find
+from etb_hil.base.stock import find, stock_file
 from etb_hil.canio.dbc.dbc_file import load_dbc
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.recording.tables import read_table
@@ -15,6 +15,16 @@ def test_a_folder_is_said_to_be_one_and_its_file_is_named(tmp_path):
     (tmp_path / "new" / "bench.yaml").touch()
     with pytest.raises(InputError, match=r"is a folder, no bench file; did you mean '.*new/bench.yaml'"):
         find("bench", str(tmp_path / "new"))
+
+
+def test_a_file_of_the_current_folder_comes_first_but_for_what_a_stock_file_names(tmp_path, monkeypatch):
+    stock = find("dbc", "etb_controller")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "etb_controller").touch()
+    assert find("dbc", "etb_controller").samefile(tmp_path / "etb_controller")
+    assert find("dbc", "etb_controller", beside=tmp_path / "bench.yaml").samefile(tmp_path / "etb_controller")
+    assert find("dbc", "etb_controller", beside=stock_file("bench", "virtual_classic")) == stock
+    assert stock_file("dbc", "etb_controller") == stock
 
 
 @pytest.mark.parametrize(

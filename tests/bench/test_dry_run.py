@@ -11,6 +11,7 @@ from etb_hil.base import remembered
 from etb_hil.base.errors import InputError
 from etb_hil.base.plugins import temporary_part
 from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.rehearsal import TEMPERATURE_MARGIN, rehearse
 from etb_hil.bench.runner import Runner
@@ -45,6 +46,16 @@ def test_the_dry_run_sees_how_fast_the_plate_is_between_two_commands(stepping):
         else:
             with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*plate at .* deg/s"):
                 rehearse(scenario, bench, stock.model, stock.limits)
+
+
+def test_a_dry_run_reads_nothing_from_the_current_folder(stepping, tmp_path, monkeypatch):
+    scenario, bench, stock = stepping(1)
+    monkeypatch.chdir(tmp_path)
+    for name in ("virtual_classic", "etb_controller", "default"):
+        (tmp_path / name).write_text("something else", "utf-8")
+    rehearse(scenario, bench, stock.model, stock.limits)
+    with pytest.raises(InputError, match="virtual_classic:1: "):
+        load_bench(find("bench", "virtual_classic"))
 
 
 OPEN = "  - {id: open, kind: hold, position: 40 deg, duration: 0.2 s, approach: 4 rad/s%s}\n"

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from etb_hil.base.stock import find
+from etb_hil.base.stock import stock_file
 from etb_hil.plant.effects import compose
 from etb_hil.plant.effects.effect import Effect, EffectParameter, Function, arguments
 from etb_hil.plant.effects.layout import SLOW, extended
@@ -152,7 +152,7 @@ def _vector(effect: Effect, steps: float) -> Vector:
 
     Steps and shapes are those that are tried first.
     """
-    p = extended(load_model(find("model", "default")).values.vector())
+    p = extended(load_model(stock_file("model", "default")).values.vector())
     for parameter, place in zip(effect.stated, effect.stated_indices, strict=True):
         if not parameter.is_strength:
             p[place] = parameter.starts[0]
