@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,6 +16,7 @@ from etb_hil.recording.samples import Float64
 FALSE_ALARMS = 0.01  # chance that a whole report without any drift holds an alarm
 FEWEST = 8  # values, of which a trend is looked for
 _MOST_COMPARED = 1000  # points, of whose pairs the slope is the median
+_NEAREST = 4  # values of other units that tell what a bench did about then
 _CARRIED = 0.05  # p-value that a bench's trend must keep without the unit that shows it most
 
 
@@ -70,8 +73,9 @@ def deviations(time: Float64, values: Float64, units: Sequence[str], benches: Se
 def drifts(points: Sequence[Point]) -> tuple[list[Drift], int]:
     """Return the benches, then the units, that drift, and how many were looked at.
 
-    A trend is Kendall's; all tests of one report share a chance of false alarm of 1 %. A bench drifts where the trend
-    stays without any one of its units; of a unit on a bench that drifts, what the other units did there is taken out.
+    `points` (sorted by time) are those of `deviations`. A trend is Kendall's; all tests of one report share a chance
+    of false alarm of 1 %. A bench drifts where the trend stays without any one of its units; of a unit on a bench that
+    drifts, what the other units did there is taken out.
     """
     by_bench = _groups(points, "bench")
     by_unit = _groups(points, "unit")
@@ -83,9 +87,8 @@ def drifts(points: Sequence[Point]) -> tuple[list[Drift], int]:
     drifting = {drift.name for drift in found}
     for name, group in by_unit.items():
         own = {p.bench for p in group}
-        if own & drifting:
-            others = [p for p in points if p.unit != name]
-            group = [_apart(p, others) if p.bench in drifting else p for p in group]  # noqa: PLW2901
+        others = {bench: [p for p in by_bench[bench] if p.unit != name] for bench in own & drifting}
+        group = [_apart(p, others.get(p.bench, ())) for p in group]  # noqa: PLW2901
         if _rank_trend(group).p * looked_at < FALSE_ALARMS:
             alone = not any(p.bench in own and p.unit != name for p in points)
             found.append(replace(_drift("unit", name, group), alone=alone))
@@ -101,21 +104,20 @@ def _groups(points: Sequence[Point], key: str) -> dict[str, list[Point]]:
 
 @dataclass(frozen=True, slots=True)
 class _RankTrend:
-    """Kendall's test of a trend.
+    """Kendall's tau and its p-value.
 
-    The result has a p-value, and the surplus of rising pairs over falling ones. Both are NaN, which is below no level,
-    where all values are equal or of one instant.
+    Both are NaN, which is below no level, where all values are equal or of one instant.
     """
 
+    tau: float
     p: float
-    surplus: float
 
 
 def _rank_trend(group: Sequence[Point]) -> _RankTrend:
     from scipy.stats import kendalltau  # noqa: PLC0415 (half a second, which few runs need)
 
     found = kendalltau(*_columns(group))
-    return _RankTrend(float(found.pvalue), float(found.statistic) * 0.5 * len(group) * (len(group) - 1))
+    return _RankTrend(float(found.statistic), float(found.pvalue))
 
 
 def _drift(kind: str, name: str, group: Sequence[Point]) -> Drift:
@@ -140,13 +142,13 @@ def _columns(group: Sequence[Point]) -> tuple[Float64, Float64]:
 def _is_shared(group: Sequence[Point]) -> bool:
     """Return whether a bench's trend is there without any one of its units.
 
-    A unit with so few points that their pairs cannot undo the trend is not tried: the surplus of n points without a
-    trend scatters by n^1.5 / 3.
+    A unit with so few points that their pairs cannot undo the trend is not tried. Of n points, m have at most 2 m / n
+    of all pairs, and tau of points without a trend has a standard deviation of about 2 / (3 sqrt(n)).
     """
     counts = Counter(point.unit for point in group)
     count = len(group)
-    kept = abs(_rank_trend(group).surplus) - 2.5 * count**1.5 / 3.0  # beyond 2 sigma with ties and edges to spare
-    doubted = [unit for unit, points in counts.items() if points * count >= kept]
+    kept = abs(_rank_trend(group).tau) - 5.0 / (3.0 * math.sqrt(count))  # 2.5 standard deviations, where 1.96 are asked
+    doubted = [unit for unit, points in counts.items() if 2 * points / count >= kept]
     rest = ([p for p in group if p.unit != unit] for unit in doubted)
     return all(len(r) >= FEWEST and _rank_trend(r).p < _CARRIED for r in rest)
 
@@ -154,10 +156,15 @@ def _is_shared(group: Sequence[Point]) -> bool:
 def _apart(point: Point, others: Sequence[Point]) -> Point:
     """Return a deviation less that of other units on the bench about then.
 
-    Without such units it stays as it is.
+    Without enough of them it stays as it is. They are sorted by time.
     """
-    there = [p for p in others if p.bench == point.bench]
-    if len(there) < FEWEST:
+    if len(others) < FEWEST:
         return point
-    near = sorted(there, key=lambda p: abs(p.time - point.time))[: FEWEST // 2]
-    return Point(point.time, point.unit, point.bench, point.deviation - float(np.mean([p.deviation for p in near])))
+    at = bisect_left(others, point.time, key=_time)
+    about = others[max(at - _NEAREST, 0) : at + _NEAREST]
+    near = sorted(about, key=lambda p: abs(p.time - point.time))[:_NEAREST]
+    return point._replace(deviation=point.deviation - float(np.mean([p.deviation for p in near])))
+
+
+def _time(point: Point) -> float:
+    return point.time
