@@ -184,7 +184,9 @@ class Supervisor(Rewindable):
                 return None
             known = np.concatenate([np.array([newest_ns]), *stamps])
             found.append(known[np.searchsorted(known, times_ns, side="right") - 1])
-        measured_ns = np.minimum.reduce(found) if found else times_ns - self._frame_age_ns - 1
+        if not found:
+            return None
+        measured_ns = np.minimum.reduce(found)
         return None if np.any(times_ns - measured_ns > self._frame_age_ns) else measured_ns
 
     def _age_trip(self, name: str, stamp_ns: int, now_ns: int, allowed_ns: int) -> Trip:

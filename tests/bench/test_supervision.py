@@ -152,6 +152,9 @@ def test_a_temperature_is_as_old_as_its_newest_sample():
     watched.look([samples(stamp_ns=1_000_000_000, temperature=[20.0, 20.0, 20.0])])
     assert watched.age(11_002_000_000) is None
     assert watched.age(11_002_000_001).reason.startswith("no temperature for 10000 ms")
+    watched.look([samples(stamp_ns=2_000_000_000, temperature=[20.0])])
+    assert watched.age(12_000_000_000) is None
+    assert watched.age(12_000_000_001).reason.startswith("no temperature for 10000 ms")
 
 
 def test_a_temperature_that_no_controller_promises_is_not_due():
@@ -421,3 +424,52 @@ def test_a_sample_may_be_a_tenth_of_a_second_old_where_the_bench_does_not_say():
     watched.expect(["current"], 0)
     assert watched.age(100_000_000) is None
     assert watched.age(100_000_001).reason_id == "frames_stopped"
+
+
+@pytest.mark.parametrize(
+    ("reports", "fresh_until_ns"),
+    [
+        ({"reports_temperature": True}, 6_000_000_000),  # ten ages of a sample after the status
+        ({"reports_temperature": True, "reports_status": False}, 12_000_000_000),  # 10 s after the temperature
+        ({"reports_temperature": False}, 6_000_000_000),
+        ({"reports_temperature": False, "reports_status": False}, math.inf),
+    ],
+)
+def test_status_and_temperature_are_fresh_until_they_are_too_old(reports, fresh_until_ns):
+    watched = Supervisor(LIMITS, GEAR, 0, **reports)
+    watched.look([samples(stamp_ns=2_000_000_000, temperature=[20.0]), samples(stamp_ns=5_000_000_000, enable=[0.0])])
+    assert watched.fresh_until_ns() == min(fresh_until_ns, np.iinfo(np.int64).max)
+    if fresh_until_ns < math.inf:
+        assert watched.age(int(fresh_until_ns)) is None
+        assert watched.age(int(fresh_until_ns) + 1).reason_id == "frames_stopped"
+
+
+def test_what_is_measured_until_a_time_is_what_a_look_at_each_sample_says(supervisor):
+    current = samples(stamp_ns=50_000_000, motor_current=[0.0, np.nan, 0.0, 0.0])
+    angles = samples(stamp_ns=51_500_000, motor_angle=[0.0] * 3, throttle_angle=[0.0] * 3)
+    times_ns = 50_000_000 + 500_000 * np.arange(12, dtype=np.int64)
+    foreseen = supervisor.measured_until_ns([current, angles], times_ns)
+    seen = []
+    for time_ns in times_ns:
+        for block in (current, angles):
+            come = block.stamp_ns == time_ns
+            supervisor.look([block.select(slice(k, k + 1)) for k in np.flatnonzero(come)])
+        seen.append(supervisor.newest_ns)
+    assert foreseen.tolist() == seen
+    assert seen[:2] == [0, 0]
+    assert len(set(seen)) == 6
+
+
+def test_what_is_measured_is_not_foreseen_where_more_than_stamps_decides(supervisor):
+    def foreseen(watched, *blocks, at_ns=(5_000_000,)):
+        found = watched.measured_until_ns(blocks, np.array(at_ns))
+        return None if found is None else found.tolist()
+
+    block = samples(**MEASURED)
+    assert foreseen(supervisor, block) == [1_000_000]
+    assert foreseen(supervisor, block, samples(temperature=[20.0])) == [1_000_000]
+    assert foreseen(supervisor, block, samples(motor_current=[0.0])) is None
+    assert foreseen(supervisor, block, at_ns=[5_000_000, 101_000_000]) == [1_000_000] * 2
+    assert foreseen(supervisor, block, at_ns=[5_000_000, 101_000_001]) is None
+    assert foreseen(supervisor, at_ns=[100_000_000]) == [0]
+    assert foreseen(Supervisor(LIMITS, GEAR, 0), block) is None
