@@ -39,10 +39,15 @@ def source_of(tree, module):
     return tree / "etb_hil" / f"{module}.py"
 
 
-def key_of(module, source, mutant):
-    """Return what names a mutant although its line may move."""
-    line = source[mutant.line - 1].strip()
-    return f"{module} {mutant.function or 'module'}: {line}  [{mutant.before} -> {mutant.after}]"
+def with_keys(module, source, mutants):
+    """Return each mutant with what names it although its line may move; the second that is alike ends in ` 2`."""
+    seen, found = Counter(), []
+    for mutant in mutants:
+        line = source[mutant.line - 1].strip()
+        key = f"{module} {mutant.function or 'module'}: {line}  [{mutant.before} -> {mutant.after}]"
+        seen[key] += 1
+        found.append((mutant, key if seen[key] == 1 else f"{key} {seen[key]}"))
+    return found
 
 
 def known_survivors():
@@ -68,17 +73,17 @@ def tried(tree, module, first_lines, options, until):
     path = source_of(tree, module)
     source = path.read_text("utf-8").splitlines()
     syntax = ast.parse("\n".join(source))
-    mutants = mutants_of(syntax)
+    mutants = with_keys(module, source, mutants_of(syntax))
     random.Random(options.seed).shuffle(mutants)  # noqa: S311 (no secret)
-    mutants.sort(key=lambda mutant: mutant.line not in first_lines)
+    mutants.sort(key=lambda mutant: mutant[0].line not in first_lines)
     watches = {}
-    for mutant in mutants[: options.sample]:
+    for mutant, key in mutants[: options.sample]:
         if time.monotonic() > until:
             return
         compiled = mutant.is_compiled
         if compiled not in watches:
             watches[compiled] = watched(tree, path, MODULES[module].tests(compiled=compiled), compiled=not compiled)
-        yield mutant, key_of(module, source, mutant), killed(tree, path, syntax, mutant, watches[compiled])
+        yield mutant, key, killed(tree, path, syntax, mutant, watches[compiled])
 
 
 def print_row(module, count):

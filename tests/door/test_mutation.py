@@ -5,7 +5,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from mutation import key_of, known_survivors, source_of
+from mutation import known_survivors, source_of, with_keys
 from mutation_modules import MODULES
 from mutation_operators import mutants_of
 from mutation_trial import killed, watched
@@ -56,7 +56,7 @@ def test_each_survivor_with_a_reason_is_a_mutant_of_the_code_as_it_is():
     keys = set()
     for module in MODULES:
         text = source_of(CHECKOUT, module).read_text("utf-8")
-        keys |= {key_of(module, text.splitlines(), mutant) for mutant in mutants_of(ast.parse(text))}
+        keys |= {key for _, key in with_keys(module, text.splitlines(), mutants_of(ast.parse(text)))}
     assert sorted(known_survivors().keys() - keys) == []
 
 
@@ -94,3 +94,10 @@ def test_a_mutant_is_killed_by_tests_that_run_its_line(tmp_path):
         ("flag", "not flag"),
         ("raise ValueError(f'{flag + 1}')", "pass"),
     }
+
+
+def test_two_faults_that_look_alike_have_keys_of_their_own():
+    source = "low = max(0, 0)\nhigh = max(0, 0)"
+    keys = [key for _, key in with_keys("some", source.splitlines(), mutants_of(ast.parse(source)))]
+    assert len(set(keys)) == len(keys) == 6
+    assert sum(key.endswith("[0 -> 1] 2") for key in keys) == 2
