@@ -136,7 +136,7 @@ def test_the_trend_of_a_bench_has_to_be_as_sure_as_that_of_a_unit():
 def test_of_a_unit_on_a_bench_that_drifts_what_the_others_did_there_is_taken_out():
     others = [point for k in range(3) for point in line(16, unit=f"v{k}", start=0.2 * k + 0.2)]
     elsewhere = line(16, unit="w", bench="c", start=0.1, slope=-0.05)
-    found, _ = drifts([*line(16, unit="u", slope=0.03), *others, *elsewhere])
+    found, _ = drifts(sorted([*line(16, unit="u", slope=0.03), *others, *elsewhere]))
     by_name = {one.name: one for one in found}
     assert [one.kind for one in found][:2] == ["bench", "unit"]
     assert by_name["b"].change == pytest.approx(0.15, rel=0.3)
@@ -156,9 +156,27 @@ def test_what_a_bench_did_about_then_is_the_mean_of_the_four_nearest_values():
     """Others that go up and down by fours: two of them would show it, their mean of four does not."""
     swing = (0.1, 0.1, -0.1, -0.1)
     others = [Point(k + 0.5, "v", "b", 0.01 * k + swing[k % 4]) for k in range(-8, 40)]
-    found, _ = drifts([*line(32, unit="u", slope=0.03), *others])
+    found, _ = drifts(sorted([*line(32, unit="u", slope=0.03), *others]))
     u = next(one for one in found if one.name == "u")
     assert (u.change, u.low, u.high) == (pytest.approx(0.02 * 31),) * 3
+
+
+def test_values_of_long_before_do_not_tell_what_a_bench_did():
+    """Four values of others follow each of the unit's within hours; those before are of the day before."""
+    day, hour = 24.0, 1.0
+    found, _ = drifts(
+        [
+            point
+            for k in range(16)
+            for point in (
+                Point(day * k, "u", "b", 0.03 * k + 0.03 * (-1) ** k),
+                *(Point(day * k + hour * j, "v", "b", 0.01 * k + 0.03 * (-1) ** k) for j in (1, 2, 3, 4)),
+            )
+        ]
+    )
+    u = next(one for one in found if one.name == "u")
+    assert (u.change, u.low, u.high) == (pytest.approx(0.02 * 15),) * 3
+    assert u.p == pytest.approx(2 / math.factorial(16))  # each value is above the one before
 
 
 def test_a_unit_on_a_bench_of_its_own_is_alone():
