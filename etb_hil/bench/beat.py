@@ -176,8 +176,6 @@ class Beat:
         if measured_ns is None or not is_supplied or self.supervisor.look(came.blocks, moves=moves) is not None:
             rewind(marks)
             return None
-        if self._supply is not None:
-            self._supply.push(came.blocks)
         return times_ns - measured_ns
 
     def _end(self, now_ns: int) -> None:

@@ -62,9 +62,11 @@ class Link:
 
 
 class Bench:
-    """A virtual bench whose controller has woken."""
+    """A virtual bench whose controller has woken; one that may live `ahead` counts nothing that is sent."""
 
-    def __init__(self, folder, change=lambda text: text, supply=None, spent_ns=0, guard=None, ambient=25.0):
+    def __init__(
+        self, folder, change=lambda text: text, supply=None, spent_ns=0, guard=None, ambient=25.0, ahead=False
+    ):
         path, plain = folder / "bench.yaml", find("bench", "virtual_classic")
         path.write_text(change((plain if guard is None else guarded_bench(folder)).read_text()))
         setup = load_bench(path)
@@ -72,10 +74,13 @@ class Bench:
         network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
         self.switches, self.shown, self.folder = [], [], folder
         dialect = load_bench(plain).dialect  # without the guard, which is a node of its own
-        network.attach(VirtualController(MODEL, dialect, 1, on_switch=self.switches.append, ambient=ambient))
+        tell = None if ahead else self.switches.append
+        network.attach(VirtualController(MODEL, dialect, 1, on_switch=tell, ambient=ambient))
         if guard is not None:
             network.attach(guard)
-        self.clock, self.link = network.clock, Link(VirtualLink(network))
+        self.clock, self.link = network.clock, VirtualLink(network)
+        if not ahead:
+            self.link = Link(self.link)
         self.log, self.events = BlfLog(folder / "raw.blf", 0), EventLog(folder / "events.jsonl")
         analysis = Analysis(setup.dialect, MODEL, LIMITS, str(folder), observer=self.bench.observer, bus=bus)
         self.tap = Tap(self.link, CommandEncoder(setup.dialect), analysis, self.log, self.events, self.clock)
@@ -366,3 +371,125 @@ def test_a_watcher_is_told_eight_times_a_second(bench, rate, tick_us, every_ms):
     for _ in range(40):
         one.beat(OFF)
     assert {b - a for a, b in zip(one.shown, one.shown[1:], strict=False)} == {every_ms * MS}
+
+
+def kept(one):
+    """Return all that a beat changes and anybody may read."""
+    beat, seen = one.beat, one.beat.supervisor
+    return (
+        one.clock.now_ns(), beat.next_ns, beat.commanded, replace(beat.lateness), replace(beat.frame_age), [*one.shown],
+        seen.newest_ns, seen.angle, seen.current, seen.velocity, seen.enabled, seen.faults,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("supply", [None, {"role": "supply_voltage", "outside": ("8 V", "20 V"), "for": "0 s"}])
+def test_beats_that_are_lived_ahead_are_as_one_after_the_other(bench, supply):
+    ahead, single = (bench(ahead=which, supply=supply) for which in (True, False))
+    for one in (ahead, single):
+        one.beat(HERE)
+        while one.beat.supervisor.enabled is not True:
+            one.beat(HERE)
+        one.shown.clear()
+    lived = []
+    while sum(lived) < 60:
+        count = max(ahead.beat.room(), 1)
+        if count > 1:
+            assert ahead.beat.ahead([HERE] * count)
+            lived.append(count)
+        else:
+            ahead.beat(HERE)
+        for _ in range(count):
+            single.beat(HERE)
+        assert kept(ahead) == kept(single)
+    assert max(lived) > 5
+    assert ahead.shown
+
+
+def test_a_late_host_is_late_since_the_last_command_that_was_sent_ahead(bench):
+    one = bench(ahead=True)
+    one.beat(HERE)
+    while one.beat.room() < 2:
+        one.beat(HERE)
+    assert one.beat.ahead([HERE] * one.beat.room())
+    one.clock.sleep_until_ns(one.clock.now_ns() + 60 * MS)
+    stopped = one.stopped(*[HERE] * 5)
+    assert stopped.reason_id == "host_late"
+    assert stopped.reason.startswith("the controller's watchdog took the drive off: 70 ms passed")
+
+
+def test_there_is_no_room_where_each_beat_needs_a_call(bench):
+    assert bench().beat.room() == 0  # its controller tells of its switches
+    one = bench(ahead=True)
+    assert 1 < one.beat.room() <= 13  # the watcher is told every 0.125 s
+    one.clock.sleep_until_ns(one.clock.now_ns() + MS)
+    assert one.beat.room() == 0
+    assert bench(ahead=True, change=lambda text: text.replace("duration: 10 min", "duration: 40 ms")).beat.room() < 4
+
+
+def test_an_interlock_is_heard_beat_by_beat(bench, tmp_path):
+    guarded = guarded_bench(tmp_path).read_text("utf-8")
+    assert bench(ahead=True, change=lambda _: guarded).beat.room() == 0
+
+
+@pytest.mark.parametrize(
+    "set_points",
+    [
+        [OFF, HERE],  # it switches the bridge
+        [HERE, HERE],
+    ],
+)
+def test_set_points_that_cannot_be_lived_ahead_change_nothing(bench, set_points):
+    one = bench(ahead=True)
+    before = kept(one)
+    assert not one.beat.ahead(set_points)
+    assert kept(one) == before
+
+
+def test_a_set_point_outside_the_limits_is_not_sent_ahead(bench):
+    one = bench(ahead=True)
+    while one.beat.supervisor.enabled is not True:
+        one.beat(HERE)
+    before = kept(one)
+    assert not one.beat.ahead([HERE, SetPoint(HERE.mode, math.radians(88.0)), HERE])
+    assert kept(one) == before
+    assert one.beat.ahead([HERE, HERE])
+
+
+def test_after_beats_that_could_not_be_lived_ahead_each_has_a_call(bench):
+    one = bench(ahead=True)
+    assert not one.beat.ahead([OFF, OFF, HERE])
+    for _ in range(3):
+        assert one.beat.room() == 0
+        one.beat(OFF)
+    while one.clock.now_ns() % (130 * MS) == 0:  # a watcher is told
+        one.beat(OFF)
+    assert one.beat.room() > 0
+    assert not one.beat.ahead([HERE])  # its first beat switches the bridge
+    assert one.beat.room() > 0
+
+
+def test_samples_that_stop_are_not_lived_ahead(bench):
+    one = bench(ahead=True)
+    one.tap.request(one.bench.measure.model_copy(update={"signals": ("current",)}))
+    one.beat(OFF)
+    before = kept(one)
+    assert not one.beat.ahead([OFF] * 12)
+    assert kept(one) == before
+    assert one.stopped().reason_id == "frames_stopped"
+
+
+def test_a_supply_outside_its_window_is_not_lived_ahead(bench):
+    one = bench(ahead=True, supply=OUTSIDE)
+    before = kept(one)
+    assert not one.beat.ahead([OFF] * 5)
+    assert kept(one) == before
+
+
+def test_an_order_to_end_is_heeded_before_anything_is_lived_ahead(bench):
+    one = bench(ahead=True)
+    before = kept(one)
+    with one.signals:
+        os.kill(os.getpid(), signal.SIGUSR1)
+        with pytest.raises(StopInOrder):
+            one.beat.ahead([OFF] * 5)
+    assert kept(one) == before
