@@ -44,11 +44,13 @@ def frames_of(name, alive, stamp_ns, ticks=None, dialect=CLASSIC):
 
 
 def received(frames, dialect=CLASSIC, pieces=1):
-    """Return the samples of each message, and its statistics."""
+    """Return the samples of each message, and its statistics; there are none of messages that did not come."""
     decoder, blocks = Decoder(dialect), {}
+    came = {message.name for message in dialect.messages if message.ident in frames.ident}
     for rows in np.array_split(np.arange(len(frames)), pieces):
         for block in decoder.push(frames.select(rows)):
             blocks.setdefault(block.source, []).append(block)
+    assert blocks.keys() <= came
     return {name: concatenate(parts) for name, parts in blocks.items()}, decoder.statistics()
 
 
@@ -139,6 +141,7 @@ UNKNOWN = LOSS_UNKNOWN
         ([(30, 1), (60, 2)], [0, UNKNOWN]),
         ([(30, 1), (20, 1), (30, 1), (60, 3)], [0, 0, 0, 2]),  # no new one: it is not kept
         ([(30, 1), (40, 2), (30, 1), (60, 3)], [0, 1, 0, 2]),
+        ([(40, 2), (1, 1), (3, 3)], [1, 0, UNKNOWN]),
         ([(30, 2)], [UNKNOWN]),
         ([(60, 2)], [UNKNOWN]),  # the sample counter says two are missing, the alive counter says one
         ([(20, 1), (0, 0), (20, 1)], [0, 0]),  # one frame once more
@@ -218,6 +221,7 @@ def ms(*steps):
         (ms((10, 0), (10, 1)), [0]),
         (ms((15, 2)), [1]),  # a frame may be early by half a cycle
         (ms((14.999, 2)), [UNKNOWN]),
+        (ms((4, 1)), [0]),  # early by more, but none is missing
         (ms((10, 4)), [UNKNOWN]),
         (ms((79.999, 0)), []),
         (ms((80, 0)), [UNKNOWN]),
@@ -241,6 +245,8 @@ def test_without_any_counter_a_long_gap_is_a_loss_of_unknown_size():
 def test_without_a_cycle_a_gap_says_nothing(profile):
     lost = of_steps("EtbMeasurementRequest", ms((1, 1), (1, 3), (9_000, 1)), profile)
     assert lost == ([0, 2, 0] if profile is CLASSIC else [0, 0, 0])
+    lost = of_steps("EtbMeasurementRequest", ms((1, 1), (-0.5, 3)), profile)  # stamps that go back
+    assert lost == ([0, 2] if profile is CLASSIC else [0, 0])
 
 
 @pytest.mark.parametrize(("steps", "lost"), [([(5, 1), (200, 1)], [0, 0]), ([(5, 1), (1, 3)], [0, 2])])
@@ -293,6 +299,43 @@ def test_after_a_request_stamps_that_are_late_by_whole_wraps_show_a_pause(beside
     )
     found, _ = received(frames)
     assert np.diff(found["EtbEncoder"].time_ns)[5] == (NOMINAL + 4096 * is_pause) * TICK
+
+
+@pytest.mark.parametrize("beside", [-3, -2, 0, 2, 3])
+def test_without_a_request_stamps_that_are_late_by_a_whole_wrap_are_the_hosts(beside):
+    ticks = NOMINAL * np.arange(12)
+    stamps = (ticks + np.where(np.arange(12) >= 6, 4096 + beside, 0)) * TICK
+    found, _ = received(frames_of("EtbEncoder", np.arange(12), stamps, ticks))
+    assert (np.diff(found["EtbEncoder"].time_ns) == NOMINAL * TICK).all()
+
+
+def test_a_stamp_that_is_late_by_whole_wraps_fits_no_fraction_of_an_interval():
+    """Four wraps are 528.5 intervals, and 528 is a multiple of the alive counter's wrap."""
+    ticks = 31 * np.arange(12)
+    stamps = (ticks + np.where(np.arange(12) >= 6, 4 * 4096, 0)) * TICK
+    found, _ = received(frames_of("EtbEncoder", np.arange(12), stamps, ticks))
+    assert (np.diff(found["EtbEncoder"].time_ns) == 31 * TICK).all()
+
+
+def test_sixteen_lost_frames_are_counted_by_a_late_host_too():
+    ticks = np.array([0, 20, 40, 360, 380])
+    stamps = (ticks + np.array([0, 0, 0, 4096, 0])) * TICK
+    found, _ = received(frames_of("EtbEncoder", [0, 1, 2, 2, 3], stamps, ticks))
+    assert found["EtbEncoder"].lost_before.tolist() == [0, 0, 0, 15, 0]
+    assert found["EtbEncoder"].time_ns.tolist() == (ticks * TICK).tolist()
+
+
+@pytest.mark.parametrize("late_ms", [-80, 0, 80])
+@pytest.mark.parametrize("first", ["EtbCurrent", "EtbEncoder"])
+def test_samples_of_one_instant_have_one_time_whichever_message_comes_first(first, late_ms):
+    """The counters have 16 and 12 bits; the other message is late by less than half of the narrower one's wrap."""
+    ticks = 50_000 + NOMINAL * np.arange(6)
+    stamps = ticks * TICK + 200 * MS
+    late = {name: 0 if name == first else 1_000 + late_ms * MS for name in ("EtbCurrent", "EtbEncoder")}
+    blocks = [frames_of(name, np.arange(6), stamps + ns, ticks) for name, ns in late.items()]
+    found, _ = received(concatenate_frames(blocks if first == "EtbCurrent" else blocks[::-1]))
+    assert (np.diff(found[first].time_ns) == NOMINAL * TICK).all()
+    assert found["EtbCurrent"].time_ns.tolist() == found["EtbEncoder"].time_ns.tolist()
 
 
 @pytest.mark.parametrize(
@@ -404,6 +447,13 @@ def test_each_message_is_checked(name):
     data[2, 7] ^= 1
     counted = received(changed(frames, length=length, data=data))[1][name]
     assert (counted.frames, counted.too_short, counted.crc_failures) == (1, 1, 1)
+
+
+def test_short_frames_of_others_count_for_no_message():
+    short = changed(frames_of("EtbStatus", [0], [0]), ident=np.array([0x7FF], np.uint32), length=np.zeros(1, np.uint8))
+    found, statistics = received(short)
+    assert found == {}
+    assert not any(counted.too_short for counted in statistics.values())
 
 
 def test_a_frame_wider_than_what_was_recorded_of_it_is_too_short():
