@@ -127,6 +127,7 @@ def of_steps(name, steps, dialect=CLASSIC):
     assert counted.lost == sum(one for one in lost if one != LOSS_UNKNOWN)
     accepted = found[name].time_ns
     assert (np.diff(accepted) > 0).all()
+    assert not has_counter or set(accepted.tolist()) <= set((gaps * TICK).tolist())
     return lost[1:]
 
 
@@ -142,6 +143,9 @@ UNKNOWN = LOSS_UNKNOWN
         ([(30, 1), (20, 1), (30, 1), (60, 3)], [0, 0, 0, 2]),  # no new one: it is not kept
         ([(30, 1), (40, 2), (30, 1), (60, 3)], [0, 1, 0, 2]),
         ([(40, 2), (1, 1), (3, 3)], [1, 0, UNKNOWN]),
+        ([(20, 1), (21, 1), (20, 1)], [0, 0, 0]),
+        ([(20, 2)], [UNKNOWN]),
+        ([(60, 0), (20, 1)], [0]),
         ([(30, 2)], [UNKNOWN]),
         ([(60, 2)], [UNKNOWN]),  # the sample counter says two are missing, the alive counter says one
         ([(20, 1), (0, 0), (20, 1)], [0, 0]),  # one frame once more
@@ -199,6 +203,7 @@ def without_cycle(tmp_path_factory):
         ([(30, 1), (60, 2), (30, 1)], [0, 1, 0]),
         ([(60, 2), (30, 1), (60, 2)], [UNKNOWN, 0, 1]),
         ([(1, 1), (3, 3)], [0, 2]),
+        ([(0, 1), (30, 1)], [UNKNOWN]),  # the same sample under another alive counter
     ],
 )
 def test_a_rate_that_the_dbc_file_does_not_say_is_learned_from_two_frames_in_a_row(without_cycle, steps, lost):
@@ -317,6 +322,23 @@ def test_a_stamp_that_is_late_by_whole_wraps_fits_no_fraction_of_an_interval():
     assert (np.diff(found["EtbEncoder"].time_ns) == 31 * TICK).all()
 
 
+@pytest.mark.parametrize(
+    ("late", "asked"), [(-4099, False), (-4093, False), (-4099, True), (-4093, True), (4093, True), (4099, True)]
+)
+def test_a_wrap_that_is_a_multiple_of_both_counters_is_told_by_the_direction_of_time(late, asked):
+    """A wrap of the sample counter is sixteen wraps of the alive counter: without a request it may be a loss."""
+    ticks = 16 * np.arange(40)
+    stamps = 300 * MS + (ticks + np.where(np.arange(40) >= 6, late, 0)) * TICK
+    frames = frames_of("EtbEncoder", np.arange(40), stamps, ticks)
+    if asked:
+        frames = concatenate_frames(
+            [frames.select(slice(0, 6)), requested(int(stamps[5])), frames.select(slice(6, None))]
+        )
+    found, _ = received(frames)
+    assert len(found["EtbEncoder"].time_ns) == 40
+    assert (np.diff(found["EtbEncoder"].time_ns) == 16 * TICK).all()
+
+
 def test_sixteen_lost_frames_are_counted_by_a_late_host_too():
     ticks = np.array([0, 20, 40, 360, 380])
     stamps = (ticks + np.array([0, 0, 0, 4096, 0])) * TICK
@@ -329,12 +351,13 @@ def test_sixteen_lost_frames_are_counted_by_a_late_host_too():
 @pytest.mark.parametrize("first", ["EtbCurrent", "EtbEncoder"])
 def test_samples_of_one_instant_have_one_time_whichever_message_comes_first(first, late_ms):
     """The counters have 16 and 12 bits; the other message is late by less than half of the narrower one's wrap."""
-    ticks = 50_000 + NOMINAL * np.arange(6)
+    which = np.array([0, 1, 2, 4, 5, 6])
+    ticks = 50_000 + NOMINAL * which
     stamps = ticks * TICK + 200 * MS
     late = {name: 0 if name == first else 1_000 + late_ms * MS for name in ("EtbCurrent", "EtbEncoder")}
-    blocks = [frames_of(name, np.arange(6), stamps + ns, ticks) for name, ns in late.items()]
+    blocks = [frames_of(name, which, stamps + ns, ticks) for name, ns in late.items()]
     found, _ = received(concatenate_frames(blocks if first == "EtbCurrent" else blocks[::-1]))
-    assert (np.diff(found[first].time_ns) == NOMINAL * TICK).all()
+    assert (found[first].time_ns - 200 * MS).tolist() == (ticks * TICK).tolist()
     assert found["EtbCurrent"].time_ns.tolist() == found["EtbEncoder"].time_ns.tolist()
 
 
@@ -402,6 +425,9 @@ def test_a_frame_is_read_by_what_it_is(name, flag, is_read):
     flags = frames.flags | np.array([0, FLAGS[flag]], np.uint8)
     _, statistics = received(changed(frames, flags=flags))
     assert statistics[name].frames == 1 + is_read
+    assert not any(
+        one.frames or one.too_short or one.crc_failures for other, one in statistics.items() if other != name
+    )
     assert sum(one.frames for one in statistics.values()) == 1 + is_read
 
 

@@ -74,7 +74,7 @@ def receive(
     The three are the message's row in `table` or -1, the time of the first sample, and the frames lost before.
     """
     count, width = data.shape
-    payloads, places, ids = data.reshape(count * width), counter_places.reshape(-1), data_ids.reshape(-1)
+    payloads, places, ids = data.reshape(count * width), counter_places.ravel(), data_ids.ravel()
     _select(ident, flags, length, width, payloads, table, ids, counts, out)
     # A helper that takes arrays costs more than this loop: for what is due, as nearly all frames are, scalars must do.
     for n in range(count):
@@ -269,7 +269,7 @@ def _lost(moved: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int
     """Return the frames missing before one whose counter moved by so many ticks."""
     interval = state[k, KNOWN_INTERVAL]
     if state[k, FRESH] and step != 0:
-        return step - 1 if step > 0 else _NOTHING  # without an alive counter, a new beginning
+        return max(step - 1, _NOTHING)  # without an alive counter, a new beginning
     whole = interval > 0 and moved % interval == 0
     if step < 0:
         if moved <= interval or interval == 0 or moved == state[k, LAST_STEP]:
