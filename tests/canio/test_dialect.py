@@ -1,6 +1,8 @@
 """Dialects: the project's own, another controller's without a line of code, a vehicle's, and all that is refused."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import cantools
@@ -229,3 +231,14 @@ def test_roles_and_messages_that_are_missing_are_named():
 def test_role_entries_are_checked_when_they_are_read():
     with pytest.raises(ValidationError, match="no signal"):
         dialects.load(FOREIGN, {"mode": "nothing"})
+
+
+def test_a_dbc_file_that_repeats_a_message_is_read_without_a_line_for_each(tmp_path):
+    text = find("dbc", "etb_controller").read_text("utf-8")
+    begin = text.index("BO_ 288 ")
+    message = text[begin : text.index("\nBO_ ", begin) + 1]
+    path = tmp_path / "repeated.dbc"
+    path.write_text(text[:begin] + 300 * message + text[begin:], "utf-8")
+    code = "import sys, pathlib; from etb_hil.canio.dbc.dbc_file import load_dbc; load_dbc(pathlib.Path(sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
+    assert done.stderr == ""

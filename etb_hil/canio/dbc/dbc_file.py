@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from io import BytesIO, TextIOWrapper
 from typing import TYPE_CHECKING, cast
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 16 << 20
 _REMEDY = "take the wrong one out of the DBC file"
+
+# It has two warnings for each message of a name that is there already: of thousands, nobody would find our refusal.
+logging.getLogger("cantools").addHandler(logging.NullHandler())
 
 
 def load_dbc(path: Path) -> Database:
