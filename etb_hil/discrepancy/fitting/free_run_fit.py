@@ -91,30 +91,37 @@ def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
 
 
 class _Runs:
-    """Free runs over all parts of a segment from `begin`, over a true model's error."""
+    """Free runs over parts of a segment from `begin`, over a true model's error.
+
+    There is a part for each fold, evenly along the segment: more of them say little more, and each costs a simulation
+    for each unknown.
+    """
 
     def __init__(self, b: Balances, begin: Vector, noise_floor: float) -> None:
         self._b, self._starts = b, free_run.starts(b, begin[:EXTENDED])
         length = round(free_run.SEGMENT_S * b.measured.rate)
         self._length = length
-        self._begins = range(0, len(b.measured) - length + 1, length)
+        parts = np.arange(len(self._starts))
+        self._parts = parts[:: max(1, len(parts) // FOLDS)]
         self._every = max(1, round(b.measured.rate / _RATE))
         self.samples = len(range(0, length, self._every))
-        self.shares = [begin / len(b.measured) for begin in self._begins]
-        self._weights = np.full(len(self._begins), np.sqrt(_NEWS / self.samples) / noise_floor)
-        over = np.linalg.norm(self.errors(begin).reshape(-1, self.samples), axis=1) / np.sqrt(_NEWS)
+        self.shares = [part * length / len(b.measured) for part in self._parts]
+        news = _NEWS * len(parts) / len(self._parts)
+        self._weights = np.full(len(self._parts), np.sqrt(news / self.samples) / noise_floor)
+        over = np.linalg.norm(self.errors(begin).reshape(-1, self.samples), axis=1) / np.sqrt(news)
         self._weights *= _MOST / np.maximum(over, _MOST)
 
     def errors(self, whole: Vector) -> Float64:
         """Return the weighted errors (n) of all segments."""
 
         def run(number: int) -> Float64:
-            begin = self._begins[number]
+            begin = int(self._parts[number]) * self._length
             part = slice(begin, begin + self._length, self._every)
-            angle = free_run.segment(self._b, whole[:EXTENDED], begin, self._starts[number], self._length)
+            at = self._starts[self._parts[number]]
+            angle = free_run.segment(self._b, whole[:EXTENDED], begin, at, self._length)
             return (angle[:: self._every] - self._b.measured.angle[part]) * self._weights[number]
 
-        return np.concatenate([*side_by_side(run, range(len(self._begins)))])
+        return np.concatenate([*side_by_side(run, range(len(self._parts)))])
 
 
 class _Said:

@@ -55,19 +55,25 @@ def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, N
 
 
 def noise_floor_of(
-    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], seed: int = 1
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown]
 ) -> NoiseFloor:
     """Return the noise floor of the model at `whole`: simulated, measured, refitted."""
-    again = [Balances(rerun(b, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
-    for new, old in zip(again, balances, strict=True):
-        new.weights = old.weights
-        new.regimes = old.regimes
+    again = simulated(model, balances, whole)
     begin = whole.copy()
     begin[EXTENDED:] = 0.0
     calibration = calibrate(model, again, begin, unknowns)
     level, _ = group_means(again, calibration.fit.whole)
     level = np.maximum(level, _LOWEST) * quantisation_spread(balances)
     return NoiseFloor(level, again, calibration, begin)
+
+
+def simulated(model: Model, balances: Sequence[Balances], whole: Vector, seed: int = 1) -> list[Balances]:
+    """Return the balances of a simulation of the model at `whole`, judged likewise."""
+    again = [Balances(rerun(b, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
+    for new, old in zip(again, balances, strict=True):
+        new.weights = old.weights
+        new.regimes = old.regimes
+    return again
 
 
 def weigh(balances: Sequence[Balances], noise_floor: Float64) -> None:
