@@ -25,6 +25,7 @@ def scored(record: Record, at: Filtered, columns: Sequence[Column]) -> Normal:
         record.since, record.dt, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, at.noises, q,
         matrix, gradient, rows,
     )  # fmt: skip
-    across = np.tensordot(known.rows, rows, axes=((0, 1), (0, 1)))
+    samples = rows.shape[0] * rows.shape[1]
+    across = known.rows.reshape(samples, len(columns)).T @ rows.reshape(samples, count)
     joint = np.block([[known.matrix, across], [across.T, matrix]])
     return Normal(joint, np.concatenate([known.gradient, gradient]), np.empty((0, 3, len(columns) + count)))

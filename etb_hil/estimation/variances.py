@@ -22,26 +22,58 @@ Q_TORQUE, Q_VOLTAGE, OF_CURRENT, OF_PLATE, OF_VOLTAGE, OF_JITTER = range(6)
 VARIANCES = 6
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def _carry(spread: Float64, f: Float64, room: Float64) -> None:
-    """Carry a change of the covariance (`SIZE`, `SIZE`) over a prediction, in place."""
+    """Carry changes of covariances (`SIZE`, `SIZE`, c) over a prediction, in place.
+
+    All variances come last, so that the processor takes several of them at a time.
+    """
     keeps = f[ROUNDING, ROUNDING]
     for i in range(STATES):
         f0, f1, f2, f3, f4, f5 = f[i, 0], f[i, 1], f[i, 2], f[i, 3], f[i, 4], f[i, 5]
         for j in range(SIZE):
-            by_first = f0 * spread[0, j] + f1 * spread[1, j] + f2 * spread[2, j]
-            room[i, j] = by_first + f3 * spread[3, j] + f4 * spread[4, j] + f5 * spread[5, j]
+            for v in range(VARIANCES):
+                by_first = f0 * spread[0, j, v] + f1 * spread[1, j, v] + f2 * spread[2, j, v]
+                room[i, j, v] = by_first + f3 * spread[3, j, v] + f4 * spread[4, j, v] + f5 * spread[5, j, v]
+    for j in range(STATES):
+        f0, f1, f2, f3, f4, f5 = f[j, 0], f[j, 1], f[j, 2], f[j, 3], f[j, 4], f[j, 5]
+        for i in range(j, STATES):
+            for v in range(VARIANCES):
+                by_first = room[i, 0, v] * f0 + room[i, 1, v] * f1 + room[i, 2, v] * f2
+                spread[i, j, v] = by_first + room[i, 3, v] * f3 + room[i, 4, v] * f4 + room[i, 5, v] * f5
     for i in range(STATES):
-        r0, r1, r2, r3, r4, r5 = room[i, 0], room[i, 1], room[i, 2], room[i, 3], room[i, 4], room[i, 5]
-        for j in range(i + 1):
-            by_first = r0 * f[j, 0] + r1 * f[j, 1] + r2 * f[j, 2]
-            spread[i, j] = spread[j, i] = by_first + r3 * f[j, 3] + r4 * f[j, 4] + r5 * f[j, 5]
-        spread[i, ROUNDING] = spread[ROUNDING, i] = keeps * room[i, ROUNDING]
-    spread[ROUNDING, ROUNDING] *= keeps * keeps
+        for v in range(VARIANCES):
+            spread[ROUNDING, i, v] = keeps * room[i, ROUNDING, v]
+    for v in range(VARIANCES):
+        spread[ROUNDING, ROUNDING, v] *= keeps * keeps
+    _mirror(spread)
+
+
+@njit(cache=True, error_model="numpy")
+def _mirror(spread: Float64) -> None:
+    """Copy the lower triangle to the upper one, in place."""
+    for i in range(SIZE):
+        for j in range(i):
+            for v in range(VARIANCES):
+                spread[j, i, v] = spread[i, j, v]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def normal_of_variances(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
+def _move(moved: Float64, f: Float64, ahead: Float64) -> None:
+    """Carry changes of states (`SIZE`, c) over a prediction, in place."""
+    for i in range(STATES):
+        for v in range(VARIANCES):
+            found = 0.0
+            for n in range(STATES):
+                found += f[i, n] * moved[n, v]
+            ahead[i, v] = found
+    for v in range(VARIANCES):
+        ahead[ROUNDING, v] = f[ROUNDING, ROUNDING] * moved[ROUNDING, v]
+    moved[:] = ahead
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+def normal_of_variances(  # noqa: C901, PLR0912 (one loop over the samples)
     since: Vector,
     dt: Vector,
     whitened: Float64,
@@ -63,69 +95,59 @@ def normal_of_variances(  # noqa: C901, PLR0912, PLR0915 (one loop over the samp
     whitened innovations. The matrix is Fisher's: the innovations' covariances count, too.
     """
     c = VARIANCES
-    spreads, moved, room = np.zeros((c, SIZE, SIZE)), np.zeros((c, SIZE)), np.zeros((SIZE, SIZE))
-    towards, by_spread, row = np.zeros(SIZE), np.zeros(c), np.zeros(c)
+    spread, room = np.zeros((SIZE, SIZE, c)), np.zeros((SIZE, SIZE, c))
+    moved, ahead = np.zeros((SIZE, c)), np.zeros((SIZE, c))
+    towards, total, by_spread, row = np.zeros((SIZE, c)), np.zeros(c), np.zeros(c), np.zeros(c)
     for k in range(len(dt)):
         if since[k] > 0.0:
-            spreads[:], moved[:] = 0.0, 0.0
-            spreads[Q_TORQUE, TORQUE, TORQUE] = q[0]
-            spreads[Q_VOLTAGE, VOLTAGE, VOLTAGE] = q[1]
+            spread[:], moved[:] = 0.0, 0.0
+            spread[TORQUE, TORQUE, Q_TORQUE] = q[0]
+            spread[VOLTAGE, VOLTAGE, Q_VOLTAGE] = q[1]
         for m in range(READINGS):
             root = roots[k, m]
             if root == 0.0:
                 continue
             at, slope, error = (CURRENT if m == 0 else THETA), slopes[k, m], whitened[k, m]
+            also = 1.0 if m == 1 else 0.0
             weight = min(LARGE * LARGE / (error * error), 1.0) if error != 0.0 else 1.0
             per = root * root / weight
-            noise, jitter = noises[k, m, 0], noises[k, m, 1]
-            gain = gains[k, m]
-            for j in range(c):
-                spread, more = spreads[j], 0.0
-                if j == OF_JITTER:
-                    more = jitter
-                elif (j == OF_CURRENT and m == 0) or (j == OF_PLATE and m == 2):
-                    more = noise
-                expected = slope * moved[j, at]
-                for i in range(SIZE):
-                    towards[i] = slope * spread[i, at]
-                if m == 1:
-                    expected += moved[j, ROUNDING]
-                    for i in range(SIZE):
-                        towards[i] += spread[i, ROUNDING]
-                total = slope * towards[at] + more
-                if m == 1:
-                    total += towards[ROUNDING]
-                row[j], by_spread[j] = -root * expected, total * per
-                gradient[j] += error * row[j] - 0.5 * by_spread[j] * (error * error - 1.0)
-                if error * error > LARGE * LOST_AT:
-                    continue  # it moves nothing
-                by_gain = error / root * weight * per
-                for i in range(SIZE):
-                    moved[j, i] += (towards[i] - gain[i] / weight * total) * by_gain - gain[i] * expected
-                    for n in range(i + 1):
-                        spread[i, n] += (gain[i] * gain[n] / (weight * weight)) * total
-                        spread[i, n] -= (towards[i] * gain[n] + gain[i] * towards[n]) / weight
-                        spread[n, i] = spread[i, n]
-            for j in range(c):
-                rows[k, m, j] = row[j]
-                for i in range(j + 1):
-                    matrix[i, j] += row[i] * row[j] + 0.5 * by_spread[i] * by_spread[j]
+            for i in range(SIZE):
+                for v in range(c):
+                    towards[i, v] = slope * spread[i, at, v] + also * spread[i, ROUNDING, v]
+            for v in range(c):
+                total[v] = slope * towards[at, v] + also * towards[ROUNDING, v]
+                row[v] = -root * (slope * moved[at, v] + also * moved[ROUNDING, v])
+            total[OF_JITTER] += noises[k, m, 1]
+            if m != 1:
+                total[OF_CURRENT if m == 0 else OF_PLATE] += noises[k, m, 0]
+            for v in range(c):
+                by_spread[v] = total[v] * per
+                gradient[v] += error * row[v] - 0.5 * by_spread[v] * (error * error - 1.0)
+                rows[k, m, v] = row[v]
+                for i in range(v + 1):
+                    matrix[i, v] += row[i] * row[v] + 0.5 * by_spread[i] * by_spread[v]
+            if error * error > LARGE * LOST_AT:
+                continue  # it moves nothing
+            by_gain = error / root * weight * per
+            for i in range(SIZE):
+                gain, its = gains[k, m, i], gains[k, m, i] / weight
+                for v in range(c):
+                    moved[i, v] += (towards[i, v] - its * total[v]) * by_gain + gain / root * row[v]
+                for n in range(i + 1):
+                    other = gains[k, m, n] / weight
+                    for v in range(c):
+                        less = towards[i, v] * other + its * towards[n, v] - its * other * total[v]
+                        spread[i, n, v] -= less
+            _mirror(spread)
         f, b = moves[k], responses[k]
         fades = math.exp(-2.0 * dt[k] / CORRELATED)
-        for j in range(c):
-            _carry(spreads[j], f, room)
-            for i in range(STATES):
-                found = 0.0
-                for n in range(STATES):
-                    found += f[i, n] * moved[j, n]
-                towards[i] = found
-            moved[j, :STATES] = towards[:STATES]
-            moved[j, ROUNDING] *= f[ROUNDING, ROUNDING]
-        spreads[Q_TORQUE, TORQUE, TORQUE] += q[0] * (1.0 - f[TORQUE, TORQUE] * f[TORQUE, TORQUE])
-        spreads[Q_VOLTAGE, VOLTAGE, VOLTAGE] += q[1] * (1.0 - fades)
+        _carry(spread, f, room)
+        _move(moved, f, ahead)
+        spread[TORQUE, TORQUE, Q_TORQUE] += q[0] * (1.0 - f[TORQUE, TORQUE] * f[TORQUE, TORQUE])
+        spread[VOLTAGE, VOLTAGE, Q_VOLTAGE] += q[1] * (1.0 - fades)
         for i in range(STATES):
             for n in range(STATES):
-                spreads[OF_VOLTAGE, i, n] += q[2] * b[i, LOST] * b[n, LOST]
+                spread[i, n, OF_VOLTAGE] += q[2] * b[i, LOST] * b[n, LOST]
     for j in range(c):
         for i in range(j):
             matrix[j, i] = matrix[i, j]
