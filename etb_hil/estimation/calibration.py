@@ -212,9 +212,13 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     """Return a fit to its end; `aim` as in `climbed`.
 
     Disturbances that are too large hide what an unknown does, and no slope leads to smaller ones. So smaller ones are
-    tried, as long as the posterior grows.
+    tried, as long as the posterior grows. Where noise stands for what is missing, the fit begins again with a large
+    disturbance instead.
     """
     fit = climbed(record, fit, aim=aim)
+    if max(fit.disturbance.noise[:-1]) > math.exp(_NOISE):
+        start = begun(record, fit.parameters, fit.unknowns, _first(fit.parameters))
+        fit = max(fit, climbed(record, start, aim=max(aim, fit.posterior)), key=lambda one: one.posterior)
     while (lower := _lower(fit)) != fit.disturbance:
         start = begun(record, fit.parameters, fit.unknowns, lower)
         found = climbed(record, start, aim=max(aim, fit.posterior))
@@ -303,9 +307,15 @@ def _least(fit: Fitted) -> tuple[float, float]:
 
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
     """Return the fit of base parameters, from as far off as their tolerances allow."""
-    first = Disturbance(_FIRST[0] * parameters[COULOMB], _FIRST[1])
+    first = _first(parameters)
     p = _at_stops(record, parameters, unknowns, first)
-    return settled(record, begun(record, p, unknowns, first))
+    placed = record.placed(p)
+    return settled(placed, begun(placed, p, unknowns, first))
+
+
+def _first(parameters: Float64) -> Disturbance:
+    """Return disturbances and noise at the start of a fit."""
+    return Disturbance(_FIRST[0] * float(parameters[COULOMB]), _FIRST[1])
 
 
 def _variances(disturbance: Disturbance) -> tuple[float, ...]:

@@ -37,17 +37,10 @@ from etb_hil.estimation.throttle import (
 )
 from etb_hil.plant.physics import (
     BACK_EMF,
-    DEAD_ZONE,
     INDUCTANCE,
     LIMP_HOME,
-    PRELOAD_CLOSE,
-    PRELOAD_OPEN,
     RESISTANCE,
     STICTION,
-    STOP_DAMPING,
-    STOP_HIGH,
-    STOP_LOW,
-    STOP_STIFFNESS,
     Vector,
 )
 from etb_hil.recording.samples import Float64, Int64
@@ -56,11 +49,14 @@ from etb_hil.recording.samples import Float64, Int64
 READINGS = 3
 # What is known of the noise: variances of white noise of each reading, steps of both angles (rad), share of the plate's
 # step that lasts as long as an edge (0 where noise dithers it), jitter of the clock (s), variances of both
-# disturbances, of the voltage's reading, the unsure share of the limp-home jump and of the stops' torque, the angle
-# about limp-home (rad) in which it is unsure, the velocity (rad/s) below which the plate rests, and from `SCALE` on
-# what multiplies the variances of the noise of each reading (`READINGS`).
-(NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER,
- Q_TORQUE, Q_VOLTAGE, NOISE_VOLTAGE, JUMP, NEAR, RESTS, SCALE) = range(14)  # fmt: skip
+# disturbances, of the voltage's reading, where torque is unsure and by how much, the velocity (rad/s) below which the
+# plate rests, and from `SCALE` on what multiplies the variances of the noise of each reading (`READINGS`).
+# Torque is unsure by `JUMP` (N·m rms) within `NEAR` of `HOME` (rad), and beyond `LOW` and `HIGH` (rad) by `STIFFNESS`
+# times the way and `DAMPING` times the velocity. The bristles of a plate at rest are unsure by a variance of `CREEP`
+# times the way (N^2·m^2/rad). These do not follow the parameters that a record is filtered under:
+# the likelihood would depend on a parameter by its noise, which no sensitivity of an innovation tells.
+(NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER, Q_TORQUE, Q_VOLTAGE,
+ NOISE_VOLTAGE, HOME, NEAR, JUMP, LOW, HIGH, STIFFNESS, DAMPING, CREEP, RESTS, SCALE) = range(20)  # fmt: skip
 SETTINGS = SCALE + READINGS
 
 # The state of `throttle`, and the rounding error of the motor's angle (rad), which lasts as long as an edge.
@@ -191,7 +187,7 @@ def _rounding(s: Vector) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy")
 def _spread(
-    cov: Float64, f: Float64, b: Float64, x: Vector, p: Vector, dt: float, unsure: float, s: Vector, room: Float64
+    cov: Float64, f: Float64, b: Float64, x: Vector, dt: float, unsure: float, s: Vector, room: Float64
 ) -> None:
     """Carry the covariance over a sample of dt s.
 
@@ -213,11 +209,11 @@ def _spread(
             room[i, j] = by_first + f3 * cov[3, j] + f4 * cov[4, j] + f5 * cov[5, j]
     fades = math.exp(-2.0 * dt / CORRELATED)
     torque, voltage, goes = 0.0, s[NOISE_VOLTAGE] + unsure, abs(x[OMEGA]) * dt
-    if abs(x[THETA] - p[LIMP_HOME]) < p[DEAD_ZONE] + s[NEAR] + goes:
-        torque = (s[JUMP] * (p[PRELOAD_OPEN] + p[PRELOAD_CLOSE])) ** 2
-    depth = max(x[THETA] - p[STOP_HIGH], p[STOP_LOW] - x[THETA]) + goes
+    if abs(x[THETA] - s[HOME]) < s[NEAR] + goes:
+        torque = s[JUMP] ** 2
+    depth = max(x[THETA] - s[HIGH], s[LOW] - x[THETA]) + goes
     if depth > 0.0:
-        torque = (s[JUMP] * (p[STOP_STIFFNESS] * depth + p[STOP_DAMPING] * abs(x[OMEGA]))) ** 2
+        torque = (s[STIFFNESS] * depth + s[DAMPING] * abs(x[OMEGA])) ** 2
     for i in range(STATES):
         r0, r1, r2, r3, r4, r5 = room[i, 0], room[i, 1], room[i, 2], room[i, 3], room[i, 4], room[i, 5]
         braking, lost = torque * b[i, BRAKING], voltage * b[i, LOST]
@@ -226,6 +222,8 @@ def _spread(
             cov[i, j] = cov[j, i] = found + braking * b[j, BRAKING] + lost * b[j, LOST]
     cov[TORQUE, TORQUE] += s[Q_TORQUE] * (1.0 - f[TORQUE, TORQUE] * f[TORQUE, TORQUE])
     cov[VOLTAGE, VOLTAGE] += s[Q_VOLTAGE] * (1.0 - fades)
+    if abs(x[OMEGA]) < s[RESTS]:
+        cov[BRISTLE, BRISTLE] += s[CREEP] * goes
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -415,7 +413,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             forces.pass_time(
                 active[j], x[OMEGA], x[THETA] - before, x[CURRENT], voltage[k], temperature[k], h, memory, p
             )
-        _spread(cov, f, b, x, p, h, unsure[k], s, work[:STATES])
+        _spread(cov, f, b, x, h, unsure[k], s, work[:STATES])
         if len(spreads) > 0:
             spreads[k] = cov
         is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)

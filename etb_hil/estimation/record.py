@@ -12,11 +12,15 @@ import numpy as np
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.estimation import kalman
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
 _JITTER = 1e-6  # s rms between a sample's time and its stamp, where nothing else is known
+# Share of T_c by which a bristle of a plate at rest is unsure after its own length of creep: vibration moves it, and
+# samples show little of that. By 0.015 and 0.03 healthy records are as likely, without it up to 500 nats less, and
+# a disturbance is needed in them then (`python benchmarks/explain_study.py nothing FIRST COUNT`).
+_CREEP = 0.02
 _COLUMNS = ("since", "heat", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
 _RESTS = 0.01  # of a record's rms velocity: a plate that is slower rests
 _SLOWEST = 1e-12  # rad/s, of a plate that never moves
@@ -85,6 +89,12 @@ class Record:
         found.since[:1], found.heat[:1] = np.inf, 0.0
         return found
 
+    def placed(self, parameters: Float64) -> Record:
+        """Return the record with unsure torque where limp-home and stops are."""
+        settings = self.settings.copy()
+        settings[[kalman.HOME, kalman.LOW, kalman.HIGH]] = parameters[[LIMP_HOME, STOP_LOW, STOP_HIGH]]
+        return replace(self, settings=settings)
+
     def thinned(self, most: int, parts: int) -> Record:
         """Return so many parts of the record, evenly along it.
 
@@ -139,7 +149,7 @@ def record(
     none = np.full(len(time), np.nan)
     readings = np.column_stack([none if one is None else one for one in (current, motor, plate)])
     degrees, variance = (np.broadcast_to(np.asarray(one, float), (len(time),)).copy() for one in (temperature, unsure))
-    settings = noise_settings(model.sensors, model.values.gear_ratio, model.tolerance("limp_home"))
+    settings = noise_settings(model)
     settings[kalman.RESTS] = max(_RESTS * _velocity(time, readings[:, 2 if motor is None else 1]), _SLOWEST)
     since = np.zeros(len(time))
     since[0] = np.inf
@@ -179,19 +189,22 @@ def lasting(angle: Float64) -> Float64:
     return shares
 
 
-def noise_settings(sensors: Sensors, gear_ratio: float, limp_home: float) -> Float64:
-    """Return the filter's settings (`kalman.SETTINGS`) by a data sheet.
-
-    `limp_home` is how far in rad that may be off.
-    """
+def noise_settings(model: Model) -> Float64:
+    """Return the filter's settings (`kalman.SETTINGS`) by a model file."""
+    sensors, v = model.sensors, model.values
     s = np.zeros(kalman.SETTINGS)
     s[kalman.NOISE_CURRENT] = sensors.current_noise**2 + sensors.current_step**2 / 12.0
-    s[kalman.STEP_MOTOR] = 2.0 * math.pi / sensors.motor_counts_per_turn / gear_ratio
+    s[kalman.STEP_MOTOR] = 2.0 * math.pi / sensors.motor_counts_per_turn / v.gear_ratio
     s[kalman.STEP_PLATE] = sensors.plate_range / 2**sensors.plate_bits
     s[kalman.NOISE_PLATE] = sensors.plate_noise**2
     # How much of a rounding error noise leaves standing: the first harmonic of the rounding's sawtooth, squared.
     s[kalman.LASTS_PLATE] = math.exp(-4.0 * math.pi**2 * s[kalman.NOISE_PLATE] / s[kalman.STEP_PLATE] ** 2)
     s[kalman.NOISE_VOLTAGE] = sensors.voltage_noise**2 + sensors.voltage_step**2 / 12.0
-    s[kalman.JITTER], s[kalman.JUMP], s[kalman.NEAR] = _JITTER, _JUMP, limp_home
+    s[kalman.JITTER] = _JITTER
+    s[kalman.HOME], s[kalman.NEAR] = v.limp_home, v.dead_zone + model.tolerance("limp_home")
+    s[kalman.JUMP] = _JUMP * (v.preload_open + v.preload_close)
+    s[kalman.LOW], s[kalman.HIGH] = v.stop_low, v.stop_high
+    s[kalman.STIFFNESS], s[kalman.DAMPING] = _JUMP * v.stop_stiffness, _JUMP * v.stop_damping
+    s[kalman.CREEP] = _CREEP**2 * v.coulomb * v.bristle_stiffness
     s[kalman.SCALE :] = 1.0
     return s

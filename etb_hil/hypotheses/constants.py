@@ -38,3 +38,4 @@ MOST_CAUSES = 3  # of one answer
 # it is excluded.
 SEARCHED, PARTS = 12_000, 12
 FITTED, BEGUN, HOPELESS = 8, 5, 0.1
+LEAST_STEP = 1.0 / 64.0  # share of a linear step that a fit begins with, at least

@@ -17,16 +17,25 @@ from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, freed
 from etb_hil.hypotheses.constants import PARAMETER
 from etb_hil.hypotheses.terms import Drift
+from etb_hil.plant.physics import COULOMB, STICTION
 from etb_hil.recording.samples import Float64, Int64
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Where the fit of a hypothesis begins, with its linear evidence in nats."""
+    """Where the fit of a hypothesis begins, with its linear evidence in nats.
+
+    `origin`: the fitted model in the hypothesis' shape, from which the linear step goes.
+    """
 
     ids: tuple[str, ...]
+    origin: Float64
     parameters: Float64
     evidence: float
+
+    def nearer(self, share: float) -> Float64:
+        """Return the parameters after a share of the step."""
+        return self.origin + share * (self.parameters - self.origin)
 
 
 def ranked(
@@ -50,12 +59,13 @@ def ranked(
         unknowns = [*fit.unknowns, *one.unknowns()]
         moved, evidence = _solved(normal, np.concatenate([own, at]), one.parameters, unknowns)
         if one.id not in best or evidence > best[one.id].evidence:
-            best[one.id] = Start((one.id,), one.at(moved[count:]), evidence)
+            at_end = _put(one.at(moved[count:]), fit.unknowns, moved)
+            best[one.id] = Start((one.id,), one.parameters, at_end, evidence)
     found = list(best.values())
     for ids in sets:
         unknowns = freed(fit.unknowns, [id_.removeprefix(PARAMETER) for id_ in ids])
-        _, evidence = _solved(normal, own, fit.parameters, unknowns)
-        found.append(Start(ids, fit.parameters, evidence))
+        moved, evidence = _solved(normal, own, fit.parameters, unknowns)
+        found.append(Start(ids, fit.parameters, _put(fit.parameters.copy(), unknowns, moved), evidence))
     return sorted(found, key=lambda one: -one.evidence)
 
 
@@ -71,3 +81,11 @@ def _solved(normal: Normal, at: Int64, parameters: Float64, unknowns: Sequence[U
     curved = matrix * np.outer(scale, scale) + np.diag(bends)
     evidence = log_prior(parameters, unknowns) + gain - 0.5 * float(np.linalg.slogdet(curved)[1])
     return step * scale, evidence
+
+
+def _put(parameters: Float64, unknowns: Sequence[Unknown], moved: Float64) -> Float64:
+    """Return parameters with unknowns moved, in place."""
+    for one, by in zip(unknowns, moved, strict=False):
+        one.put(parameters, float(np.clip(parameters[one.place] + by, one.low, one.high)))
+    parameters[STICTION] = max(parameters[STICTION], parameters[COULOMB])
+    return parameters

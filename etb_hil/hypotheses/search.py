@@ -25,6 +25,7 @@ from etb_hil.hypotheses.constants import (
     GAIN,
     GIVES_WAY,
     HOPELESS,
+    LEAST_STEP,
     MATERIAL,
     MOST_CAUSES,
     NEEDED,
@@ -172,7 +173,10 @@ def _prepared(whole: Record, model: Model) -> tuple[Record, dict[str, Effect], F
     base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
     unknowns = [*base, *bench_unknowns(record), *_stated(model, effects)]
     seen = as_seen(record, effects, model.values.gear_ratio)
-    return record, seen, calibrated(record, with_room(model.vector()), unknowns)
+    first = calibrated(record, with_room(model.vector()), unknowns)
+    # All hypotheses have the same noise, or their likelihoods could not be compared.
+    record = record.placed(first.parameters)
+    return record, seen, settled(record, begun(record, first.parameters, unknowns, first.disturbance))
 
 
 def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
@@ -277,8 +281,9 @@ def stepped(
     starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
     for start in sorted(starts, key=lambda one: -one.evidence)[:FITTED]:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
-        unknowns = unknowns_with(record, before, start.ids, start.parameters, effects)
-        begin = begun(record, start.parameters, unknowns, before.disturbance)
+        p = _no_worse(record, before, start)
+        unknowns = unknowns_with(record, before, start.ids, p, effects)
+        begin = begun(record, p, unknowns, before.disturbance)
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
     found: list[Hypothesis] = []
     for ids_, begin in _hopeful(before, tried):
@@ -313,8 +318,22 @@ def _at_stops(record: Record, before: Fitted, start: Start) -> Start:
         p[place] = end + inwards * way
         gains = filtered(record, p, before.disturbance).log_likelihood - before.filtered.log_likelihood
         if gains > best.evidence:
-            best = Start(start.ids, p, gains)
+            best = Start(start.ids, before.parameters, p, gains)
     return best
+
+
+def _no_worse(record: Record, before: Fitted, start: Start) -> Float64:
+    """Return where the fit of a hypothesis begins, no worse than the model before it.
+
+    A linear step may go too far.
+    """
+    share, p = 1.0, start.parameters
+    while (
+        share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < before.filtered.log_likelihood
+    ):
+        share *= 0.5
+        p = start.nearer(share)
+    return p
 
 
 def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:
