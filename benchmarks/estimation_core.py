@@ -13,12 +13,11 @@ import time
 from dataclasses import fields
 
 import numpy as np
-from independent_throttle import Unit, friction_check, off_by_tolerances, sense
-from throttle_as_model import bench_model, parameters
+from independent_throttle import Unit, friction_check, off_by_tolerances
+from throttle_as_model import parameters, record_until_the_bridge_opens
 
 from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
-from etb_hil.estimation.record import record
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.physics import VISCOUS
@@ -31,20 +30,12 @@ IN_INTERVAL = 1.96
 MOVES = 1e-3  # of the innovations that a column changes most: it has to move them by as much to be judged
 
 
-def measured(unit, bench, seed):
-    """Return a record until the bridge opens, and the bench's model."""
-    truth, phases = friction_check(unit)
-    seen = sense(unit, truth, RATE, np.random.default_rng(seed), current_offset=0.0)
-    rows = slice(0, phases[-1][1] * RATE // 20000)
-    model = bench_model(bench)
-    angles = {"motor": seen.motor_angle[rows] / unit.gear_ratio, "plate": seen.throttle_angle[rows]}
-    return record(seen.time_ns[rows] * 1e-9, seen.voltage[rows], model, current=seen.current[rows], **angles), model
-
-
 def judged(seed):
     """Print what one unit comes to; return how far its parameters are off in standard deviations."""
     unit = Unit()
-    made, model = measured(unit, off_by_tolerances(unit, np.random.default_rng(seed)), seed)
+    made, model = record_until_the_bridge_opens(
+        unit, off_by_tolerances(unit, np.random.default_rng(seed)), friction_check(unit), RATE, seed
+    )
     begin = time.process_time()
     fit = calibrated(made, model.vector(), base_unknowns(model))
     took = time.process_time() - begin
@@ -84,7 +75,7 @@ def columns(model):
 
 def compare():
     """Print sensitivities against differences, in the reading that each column changes most."""
-    made, model = measured(Unit(), Unit(), 0)
+    made, model = record_until_the_bridge_opens(Unit(), Unit(), friction_check(Unit()), RATE, 0)
     at = filtered(made, model.vector(), SMALL, is_kept=True)
     errors = []
     for p, column in columns(model):
@@ -102,7 +93,7 @@ def compare():
 
 def speed():
     """Print the processor time of one pass a sample, without and with sensitivities."""
-    made, model = measured(Unit(), Unit(), 0)
+    made, model = record_until_the_bridge_opens(Unit(), Unit(), friction_check(Unit()), RATE, 0)
     asked = [column for _, column in columns(model)]
     for name, run in (
         ("filter", lambda: filtered(made, model.vector(), SMALL)),

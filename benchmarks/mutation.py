@@ -40,7 +40,7 @@ def source_of(tree, module):
 
 
 def with_keys(module, source, mutants):
-    """Return each mutant with what names it although its line may move; the second that is alike ends in ` 2`."""
+    """Return each mutant with what names it although its line may move; the second with a key ends in ` 2`."""
     seen, found = Counter(), []
     for mutant in mutants:
         line = source[mutant.line - 1].strip()

@@ -6,10 +6,11 @@ import math
 from dataclasses import fields, replace
 
 import numpy as np
-from independent_throttle import PER_CONTROL, SAMPLE_S
+from independent_throttle import PER_CONTROL, SAMPLE_S, sense
 
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.phase_use import RunPhase
+from etb_hil.estimation.record import record
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.plant.parameters import ThrottleParameters, load_model
 from etb_hil.recording.samples import SampleBlock
@@ -45,6 +46,15 @@ def bench_model(unit):
         for name, parameter in stock.parameters.items()
     }
     return replace(stock, parameters=changed)
+
+
+def record_until_the_bridge_opens(unit, bench, motion, rate, seed):
+    """Return what the sensors make of a motion (truth and phases) as a record, and the model of the bench's idea."""
+    truth, phases = motion
+    seen = sense(unit, truth, rate, np.random.default_rng(seed), current_offset=0.0)
+    rows, model = slice(0, round(phases[-1][1] * rate * SAMPLE_S)), bench_model(bench)
+    angles = {"motor": seen.motor_angle[rows] / unit.gear_ratio, "plate": seen.throttle_angle[rows]}
+    return record(seen.time_ns[rows] * 1e-9, seen.voltage[rows], model, current=seen.current[rows], **angles), model
 
 
 def phase_of(kind):

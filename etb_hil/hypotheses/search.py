@@ -281,7 +281,7 @@ def stepped(
     starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
     for start in sorted(starts, key=lambda one: -one.evidence)[:FITTED]:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
-        p = _no_worse(record, before, start)
+        p = _beginning(record, before, start)
         unknowns = unknowns_with(record, before, start.ids, p, effects)
         begin = begun(record, p, unknowns, before.disturbance)
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
@@ -322,8 +322,8 @@ def _at_stops(record: Record, before: Fitted, start: Start) -> Start:
     return best
 
 
-def _no_worse(record: Record, before: Fitted, start: Start) -> Float64:
-    """Return where the fit of a hypothesis begins, no worse than the model before it.
+def _beginning(record: Record, before: Fitted, start: Start) -> Float64:
+    """Return where a fit begins: at least as likely as the model before it.
 
     A linear step may go too far.
     """

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from independent_throttle import Unit, friction_check, off_by_tolerances, sense
-from throttle_as_model import bench_model, parameters
+from independent_throttle import Unit, friction_check, off_by_tolerances
+from throttle_as_model import parameters, record_until_the_bridge_opens
 
 from etb_hil.base.errors import InputError
 from etb_hil.estimation.calibration import best_step, calibrated, log_prior
@@ -35,12 +35,8 @@ SMALL = Disturbance(1e-3, 1e-2)
 
 def _record(unit, bench, seed):
     """Return a record of a friction check until the bridge opens, its model, and the truth at its samples."""
-    truth, phases = friction_check(unit, speeds=(1.6,), dashes=1)
-    seen = sense(unit, truth, RATE, np.random.default_rng(seed), current_offset=0.0)
-    rows = slice(0, phases[-1][1] * RATE // 20000)
-    model = bench_model(bench)
-    angles = {"motor": seen.motor_angle[rows] / unit.gear_ratio, "plate": seen.throttle_angle[rows]}
-    made = record(seen.time_ns[rows] * 1e-9, seen.voltage[rows], model, current=seen.current[rows], **angles)
+    motion = truth, phases = friction_check(unit, speeds=(1.6,), dashes=1)
+    made, model = record_until_the_bridge_opens(unit, bench, motion, RATE, seed)
     at = slice(0, phases[-1][1], 20000 // RATE)
     return made, model, np.column_stack([truth.angle[at], truth.velocity[at]])
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from independent_throttle import Unit, friction_check, sense
-from throttle_as_model import bench_model
+from independent_throttle import Unit, friction_check
+from throttle_as_model import record_until_the_bridge_opens
 
 from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.record import joined, record
@@ -21,11 +21,8 @@ STEP = 1e-5  # rad
 @pytest.fixture(scope="module")
 def motion():
     """Return a record of a healthy unit's friction check until the bridge opens, and its model."""
-    truth, phases = friction_check(Unit(), speeds=(1.6,), dashes=1)
-    seen = sense(Unit(), truth, RATE, np.random.default_rng(31), current_offset=0.0)
-    rows, model = slice(0, phases[-1][1] * RATE // 20000), bench_model(Unit())
-    angles = {"motor": seen.motor_angle[rows] / Unit().gear_ratio, "plate": seen.throttle_angle[rows]}
-    return record(seen.time_ns[rows] * 1e-9, seen.voltage[rows], model, current=seen.current[rows], **angles), model
+    motion = friction_check(Unit(), speeds=(1.6,), dashes=1)
+    return record_until_the_bridge_opens(Unit(), Unit(), motion, RATE, 31)
 
 
 @pytest.mark.parametrize("off", [-5e-4, 5e-4])
