@@ -21,6 +21,8 @@ from scipy.integrate import odeint
 
 from etb_hil.base.stock import find
 from etb_hil.plant import physics as ph
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import STATES, advance, new_state
 from etb_hil.plant.parameters import load_model
 
@@ -143,13 +145,39 @@ def compare(values, targets, rounds):
     return {name: (statistics.median(speeds[name]), *found[name]) for name in runs}
 
 
+@njit
+def run_extended(state, p, targets):
+    for target in targets:
+        voltage = min(max(KP * (target - state[0]) - KD * state[1], -12.0), 12.0)
+        advance_extended(state, p, voltage, 20, 25.0)
+
+
+def with_effects(model, targets, rounds):
+    """Print simulated seconds a second without effects and with each of them."""
+    vectors = {"no effect": model.vector()}
+    for effect in CATALOGUE.values():
+        p = vectors[effect.id] = model.vector()
+        for one, place in zip(effect.parameters, effect.indices, strict=True):
+            p[place] = one.starts[-1] if one.starts else one.low
+    speeds = {name: [] for name in vectors}
+    for _ in range(rounds + 1):  # the first one warms up
+        for name, p in vectors.items():
+            start = time.process_time()
+            run_extended(new_extended_state(0.14, 25.0, p), p, targets)
+            speeds[name].append(len(targets) * 1e-3 / (time.process_time() - start))
+    print("simulated s a second, by the effect")
+    for name, values in speeds.items():
+        print(f"  {name:28} {statistics.median(values[1:]):9.1f}")
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("--rounds", type=int, default=5)
     options.add_argument("--duration", type=float, default=2.0)
     chosen = options.parse_args()
     targets = references(chosen.duration)
-    base = load_model(find("model", "default")).values
+    model = load_model(find("model", "default"))
+    base = model.values
     for stiffness in STIFFNESSES:
         results = compare(dataclasses.replace(base, bristle_stiffness=stiffness), targets, chosen.rounds)
         speed, angle, _ = results["ours"]
@@ -159,6 +187,7 @@ def main():
             print(f"  {name:14} {peer:9.1f} {speed / peer:7.1f} x   {off:.1e} rad {torque:.1e} N·m")
         equal = next((n for n, (_, off, _) in results.items() if n.startswith("cvodes") and off <= angle), None)
         print(f"  loosest CVODES as accurate in angle as ours: {equal or 'none of these'}")
+    with_effects(model, targets, chosen.rounds)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.plant.effects import backlash_contact, ports, sensing
 from etb_hil.plant.effects.layout import ELASTIC, PLATE_INERTIA, SLOW
-from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance_bristles
+from etb_hil.plant.integrator import BRISTLE, CURRENT, OMEGA, STATES, THETA, TICK, advance_bristles
 from etb_hil.plant.physics import (
     BACK_EMF,
     BRISTLE_STIFFNESS,
@@ -65,43 +65,63 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
     tick and held over it; additional torques come as a kick to the velocity. A state of `SENSED_STATES` has sensors
     behind it that remember.
     """
-    if not ports.has_effects(p):
+    friction_acts, elastic_acts, drag_acts, constant_acts, voltage_acts, slow_acts = ports.acting(p)
+    loose, remembers = ports.is_loose(p), len(state) > EXTENDED_STATES
+    acts = friction_acts or elastic_acts or drag_acts or constant_acts or voltage_acts or slow_acts or loose
+    if not (acts or remembers):
         advance_bristles(state[:STATES], p, p[ELASTIC], voltage, ticks)
         state[PLATE] = state[THETA]
         return
     base = p[:PARAMETERS].copy()
     slow = state[SLOW_STATES:EXTENDED_STATES]
-    loose = ports.is_loose(p)
     is_open = np.isnan(voltage)
     command = 0.0 if is_open else voltage
     for _ in range(ticks):
         theta, omega, current = state[THETA], state[OMEGA], state[CURRENT]
-        ports.pass_time(slow, omega, omega * TICK, current, command, temperature, TICK, p)
+        if slow_acts:
+            ports.pass_time(slow, omega, omega * TICK, current, command, temperature, TICK, p)
         plate, swing = theta, state[SWING]
         if loose:
             plate = backlash_contact.on_plate(theta, state[PLATE], omega, state[SWING], p)
-        elastic = ports.elastic_torque(plate, omega, p)
-        g = ports.friction_level(theta, omega, elastic + swing, temperature, p[BRISTLE_STIFFNESS] * state[2], slow, p)
-        ratio = g / stribeck(omega, p)
-        base[COULOMB], base[STICTION] = ratio * p[COULOMB], ratio * p[STICTION]
-        base[VISCOUS] = ports.viscosity(omega, temperature, p)
-        base[TORQUE_PER_AMPERE] = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, slow, p))
-        base[BACK_EMF] = p[BACK_EMF] * (1.0 + ports.back_emf_share(theta, slow, p))
-        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(current, slow, p))
-        extra = elastic - spring_torque(theta, p) - stop_torque(theta, omega, p)
-        extra += ports.motor_drag(theta, omega, slow, p)
+        elastic, extra = 0.0, 0.0
+        if friction_acts or elastic_acts or loose:
+            elastic = ports.elastic_torque(plate, omega, p)
+            extra = elastic - spring_torque(theta, p) - stop_torque(theta, omega, p)
+        _set_changed(base, state, elastic + swing, temperature, slow, p, friction_acts, constant_acts, voltage_acts)
+        u = voltage - ports.voltage_loss(current, command, is_open, slow, p) if voltage_acts else voltage
+        if drag_acts:
+            extra += ports.motor_drag(theta, omega, slow, p)
         state[OMEGA] = omega - TICK * extra / p[INERTIA]
-        u = voltage - ports.voltage_loss(current, command, is_open, slow, p)
         advance_bristles(state[:STATES], base, p[ELASTIC], u, 1)
         if loose:
             # The plate's inertia swings with the motor's acceleration, smoothed over a millisecond against the kicks.
             now = p[PLATE_INERTIA] * (state[OMEGA] - omega) / TICK
             state[SWING] += 0.05 * (now - state[SWING])
         state[PLATE] = plate
-        if len(state) > EXTENDED_STATES:
+        if remembers:
             sensing.pass_tick(state[EXTENDED_STATES:], plate if loose else state[THETA], state[CURRENT], p)
     if not loose:
         state[PLATE] = state[THETA]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _set_changed(
+    base: Vector, state: Vector, load: float, temperature: float, slow: Vector, p: Vector, friction_acts: bool,
+    constant_acts: bool, voltage_acts: bool,
+) -> None:  # fmt: skip
+    """Set the base parameters that effects change at a state, in place."""
+    theta, omega = state[THETA], state[OMEGA]
+    if friction_acts:
+        bristle_torque = p[BRISTLE_STIFFNESS] * state[BRISTLE]
+        g = ports.friction_level(theta, omega, load, temperature, bristle_torque, slow, p)
+        ratio = g / stribeck(omega, p)
+        base[COULOMB], base[STICTION] = ratio * p[COULOMB], ratio * p[STICTION]
+        base[VISCOUS] = ports.viscosity(omega, temperature, p)
+    if constant_acts:
+        base[TORQUE_PER_AMPERE] = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, slow, p))
+        base[BACK_EMF] = p[BACK_EMF] * (1.0 + ports.back_emf_share(theta, slow, p))
+    if voltage_acts:
+        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(state[CURRENT], slow, p))
 
 
 @njit(cache=True, error_model="numpy")

@@ -120,21 +120,10 @@ def _any(p: Vector, places: tuple[int, ...]) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def _any_outside(p: Vector) -> bool:
-    return _count(p, _OUTSIDE) > 0
-
-
-@njit(cache=True, error_model="numpy")
-def has_effects(p: Vector) -> bool:
-    """Tell whether a parameter vector has effects behind the base parameters."""
-    return _count(p, EFFECTS) > 0
-
-
-@njit(cache=True, error_model="numpy")
-def _count(p: Vector, first: int) -> int:
     found = 0
-    for place in range(first, EXTENDED):  # all of them: without a way out the loop is eight times as fast
+    for place in range(_OUTSIDE, EXTENDED):  # all of them: without a way out the loop is eight times as fast
         found += p[place] != 0.0
-    return found
+    return found > 0
 
 
 @njit(cache=True, error_model="numpy")
