@@ -18,8 +18,13 @@ from etb_hil.scenario.phases import use_of
 
 
 def parameters(unit):
-    """Return the project's parameters of an independent throttle."""
+    """Return the project's parameters of an independent throttle.
+
+    Its springs have their preloads at the edges of the dead zone, the project's in the middle.
+    """
     known = {f.name: getattr(unit, f.name) for f in fields(ThrottleParameters) if hasattr(unit, f.name)}
+    known["preload_open"] -= unit.slope_open * unit.dead_zone
+    known["preload_close"] -= unit.slope_close * unit.dead_zone
     return ThrottleParameters(**known, supply_voltage=13.5)
 
 
