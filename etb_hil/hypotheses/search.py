@@ -26,6 +26,7 @@ from etb_hil.hypotheses.constants import (
     GIVES_WAY,
     HOPELESS,
     LEAST_STEP,
+    LIKELIEST,
     MATERIAL,
     MOST_CAUSES,
     NEEDED,
@@ -277,9 +278,22 @@ def stepped(
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
-    tried: list[tuple[tuple[str, ...], Fitted]] = []
     starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
-    for start in sorted(starts, key=lambda one: -one.evidence)[:FITTED]:
+    starts = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
+    if share < NEEDED:
+        # A cause that leaves so little is among the likeliest of the linear pass: without it the others need no fit.
+        step = _decided(before, _fitted_from(record, before, starts[:LIKELIEST], effects), share)
+        if step is None or not step.is_material:
+            return step
+    return _decided(before, _fitted_from(record, before, starts, effects), share)
+
+
+def _fitted_from(
+    record: Record, before: Fitted, starts: Sequence[Start], effects: Mapping[str, Effect]
+) -> list[Hypothesis]:
+    """Return the hypotheses of some starts; only those that are hopeful are fitted to their end."""
+    tried: list[tuple[tuple[str, ...], Fitted]] = []
+    for start in starts:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
         p = _beginning(record, before, start)
         unknowns = unknowns_with(record, before, start.ids, p, effects)
@@ -290,7 +304,12 @@ def stepped(
         aim = max((one.fit.posterior for one in found), default=-np.inf)
         fit = _elsewhere(record, settled(record, begin, aim), ids_, aim)
         found.append(Hypothesis(ids_, fit.evidence - before.evidence, misfit(fit), misfit(before), fit))
-    found = sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
+    return found
+
+
+def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step | None:
+    """Return the step that some hypotheses make, None where no one is likelier than the fit before."""
+    found = sorted((one for one in fits if not any(map(one.is_idle_beside, fits))), key=lambda one: -one.evidence)
     found = [one for one in found if one.evidence > GAIN]
     if not found:
         return None
