@@ -38,7 +38,7 @@ from numba.core.types import Type
 from numba.core.typing.templates import Signature
 from numba.misc.appdirs import AppDirs
 
-from etb_hil.base.fingerprint import fingerprint, type_fingerprint
+from etb_hil.base.fingerprint import fingerprint, options_fingerprint, type_fingerprint
 from etb_hil.base.lean_imports import lean_numba
 
 _CONFIG: Any = numba.config
@@ -66,7 +66,7 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
         if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
             _remember_failures(dispatcher._compiler)  # noqa: SLF001 (numba has no other way in)
             if cache:
-                dispatcher._cache = _MachineCode(dispatcher.py_func)  # noqa: SLF001 (as its `enable_caching` does)
+                dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 (as its `enable_caching` does)
         return dispatcher
 
     return compiled
@@ -104,8 +104,9 @@ def folders() -> list[Path]:
 class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
     """The machine code of one function, a file for each tuple of argument types."""
 
-    def __init__(self, function: FunctionType) -> None:
-        self._function = function
+    def __init__(self, dispatcher: Any) -> None:  # noqa: ANN401 (numba has no types)
+        function: FunctionType = dispatcher.py_func
+        self._function, self._options = function, options_fingerprint(dispatcher.targetoptions)
         self._name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._is_enabled = True
 
@@ -161,7 +162,7 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
 
     def _file(self, signature: Types) -> str:
         types = [type_fingerprint(one) for one in getattr(signature, "args", signature)]
-        return f"{self._name}-{fingerprint(self._function)[:_HASH]}-{_hash(repr(types))}"
+        return f"{self._name}-{fingerprint(self._function)[:_HASH]}-{_hash(repr((types, self._options)))}"
 
 
 def _packed(result: CompileResult) -> bytes:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import builtins
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import Enum, EnumType
 from functools import cache
 from types import CodeType, FunctionType, ModuleType
@@ -63,6 +63,11 @@ def type_fingerprint(argument: types.Type) -> object:
     return str(argument)
 
 
+def options_fingerprint(options: Mapping[str, object]) -> object:
+    """Return what identifies the compiler's options of a function."""
+    return [(name, _constant(value)) for name, value in sorted(options.items())]
+
+
 @cache
 def _part(function: FunctionType) -> _Part:
     calls: set[FunctionType] = set()
@@ -101,7 +106,7 @@ def _code(code: CodeType, documentation: str | None = None) -> object:
 def _constant(value: object) -> object:
     if isinstance(value, CodeType):
         return _code(value)
-    if isinstance(value, frozenset):  # its order is another in every process
+    if isinstance(value, set | frozenset):  # its order is another in every process
         return sorted(map(repr, value))
     return repr(value)
 
@@ -116,7 +121,7 @@ def _frozen(value: object, names: list[str], calls: set[FunctionType]) -> object
     match value:
         case Dispatcher():
             calls.add(value.py_func)
-            content: object = sorted(value.targetoptions.items())
+            content: object = options_fingerprint(value.targetoptions)
             value = value.py_func
         case _Intrinsic():
             calls.add(value._defn)  # noqa: SLF001 (what writes the machine code)

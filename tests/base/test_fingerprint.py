@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from typing import NamedTuple
 
 import numba
@@ -85,3 +88,33 @@ def test_the_order_of_a_tuples_names_is_part_of_its_type():
     assert type_fingerprint(numba.typeof(Swapped(2.0, 1.0))) != one
     assert type_fingerprint(numba.typeof((Swapped(2.0, 1.0),))) != type_fingerprint(numba.typeof((Pair(1.0, 2.0),)))
     assert type_fingerprint(numba.typeof(np.zeros(3))) == type_fingerprint(numba.typeof(np.ones(2)))
+
+
+EVERY = """
+import hashlib, importlib, pkgutil
+from numba.core.dispatcher import Dispatcher
+import etb_hil
+from etb_hil.base.fingerprint import fingerprint, options_fingerprint
+found = {}
+for each in pkgutil.walk_packages(etb_hil.__path__, "etb_hil."):
+    if each.name.endswith("__main__") or ".migrations." in each.name:  # programs of their own
+        continue
+    for name, value in vars(importlib.import_module(each.name)).items():
+        if isinstance(value, Dispatcher):
+            found[f"{each.name}.{name}"] = fingerprint(value.py_func), options_fingerprint(value.targetoptions)
+for name, value in sorted(found.items()):
+    print(name, value)
+"""
+
+
+def test_every_process_has_the_same_for_every_compiled_function_of_the_package():
+    """Or a process would compile what others have compiled before it; sets have another order in each."""
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", EVERY], env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True, text=True, check=True,
+        ).stdout.splitlines()
+        for seed in ("1", "2")
+    ]  # fmt: skip
+    assert len(said[0]) > 100
+    assert said[0] == said[1]
