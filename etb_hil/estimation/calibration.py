@@ -37,7 +37,6 @@ _NEARER = 0.1
 _STOPS_TRIED = 6
 # Standard deviation of the logarithm of a variance of noise: a data sheet is off by a factor of two in amplitude.
 _NOISE = 2.0 * math.log(2.0)
-_FALLS = 0.8  # of a disturbance: one that is larger after it was lowered and fitted again has no smaller place
 _AT_ONCE = 100.0  # factor by which a variance changes in a step, at most
 _FREE = 1e3  # standard deviation of a variance of which nothing is known, as a multiple of it
 _LEAST_NOISE = 1e-6  # least variance of noise, as a multiple of what is stated
@@ -221,8 +220,8 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     """Return a fit to its end; `aim` as in `climbed`.
 
     Disturbances that are too large hide what an unknown does, and no slope leads to smaller ones. So smaller ones are
-    tried, as long as the posterior grows and they stay smaller. Where noise stands for what is missing, the fit begins
-    again with a large disturbance instead.
+    tried, as long as the posterior grows. Where noise stands for what is missing, the fit begins again with a large
+    disturbance instead.
     """
     fit = climbed(record, fit, aim=aim)
     if max(fit.disturbance.noise[:-1]) > math.exp(_NOISE):
@@ -233,11 +232,7 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
         found = climbed(record, start, aim=max(aim, fit.posterior))
         if found.posterior < fit.posterior + max(_SETTLED, _NEARER * (aim - fit.posterior)):
             break
-        falls = found.disturbance.torque < _FALLS * fit.disturbance.torque
-        falls = falls or found.disturbance.voltage < _FALLS * fit.disturbance.voltage
         fit = found
-        if not falls:
-            break
     return fit
 
 

@@ -291,7 +291,10 @@ def stepped(
 def _fitted_from(
     record: Record, before: Fitted, starts: Sequence[Start], effects: Mapping[str, Effect]
 ) -> list[Hypothesis]:
-    """Return the hypotheses of some starts; only those that are hopeful are fitted to their end."""
+    """Return the hypotheses of some starts.
+
+    Only those that are hopeful are fitted to their end.
+    """
     tried: list[tuple[tuple[str, ...], Fitted]] = []
     for start in starts:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
@@ -308,7 +311,10 @@ def _fitted_from(
 
 
 def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step | None:
-    """Return the step that some hypotheses make, None where no one is likelier than the fit before."""
+    """Return the step that some hypotheses make.
+
+    None where no one is likelier than the fit before.
+    """
     found = sorted((one for one in fits if not any(map(one.is_idle_beside, fits))), key=lambda one: -one.evidence)
     found = [one for one in found if one.evidence > GAIN]
     if not found:

@@ -35,7 +35,12 @@ def _at(*ports: Port) -> list[Effect]:
 
 
 def _strengths(effects: Iterable[Effect]) -> tuple[int, ...]:
-    return tuple(effect.indices[k] for effect in effects for k in effect.strengths)
+    """Return the indices of strengths and of finer shapes, which may act alone."""
+    found: list[int] = []
+    for effect in effects:
+        found += [effect.indices[k] for k in effect.strengths]
+        found += effect.stated_indices[len(effect.parameters) :]
+    return tuple(found)
 
 
 def places(*ports: Port) -> tuple[int, ...]:
