@@ -46,8 +46,8 @@ _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
 # slope; and the shortest part of a step that is tried.
 _HARD, _NEWTON, _FLAT, _ARMIJO, _SHORTEST = 1e4, 50, 1e-3, 0.1, 1e-6
 _FARTHEST = 3.0  # standard deviations that an unknown moves at a time
-# Share of a parameter that the filter's steps are off by: with steps a fourth as long, an inertia comes out by 0.02 %
-# otherwise, all else by less (`python benchmarks/estimation_core.py`).
+# Error of a parameter by the length of the filter's steps, as a share: with `kalman._LONGEST` a fourth as long, the
+# inertia that `python benchmarks/estimation_core.py` fits changes by 0.02 %, every other parameter by less.
 _STEPS = 1.5e-4
 _DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step which is not worth its pass
 
@@ -76,8 +76,8 @@ class Fitted:
     def covariance(self) -> Float64:
         """Posterior covariance of the unknowns (c, c), by Laplace's approximation.
 
-        Entries are in the units of the unknowns. What the filter's steps are off by is in it, and for an inductance
-        what noise of the voltage's reading makes of it.
+        Entries are in the units of the unknowns. It includes the error by the length of the filter's steps, and
+        for an inductance the attenuation by noise of the voltage's reading.
         """
         scale, values = _scale(self.unknowns), np.array([self.parameters[one.place] for one in self.unknowns])
         shares = [self.attenuation if one.place == INDUCTANCE else 0.0 for one in self.unknowns]

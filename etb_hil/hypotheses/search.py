@@ -281,7 +281,8 @@ def stepped(
     starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
     starts = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
     if share < NEEDED:
-        # A cause that leaves so little is among the likeliest of the linear pass: without it the others need no fit.
+        # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
+        # one, the others need no fit.
         step = _decided(before, _fitted_from(record, before, starts[:LIKELIEST], effects), share)
         if step is None or not step.is_material:
             return step

@@ -91,7 +91,7 @@ def test_the_order_of_a_tuples_names_is_part_of_its_type():
 
 
 EVERY = """
-import hashlib, importlib, pkgutil
+import importlib, pkgutil
 from numba.core.dispatcher import Dispatcher
 import etb_hil
 from etb_hil.base.fingerprint import fingerprint, options_fingerprint

@@ -34,7 +34,7 @@ def _at(*ports: Port) -> list[Effect]:
     return [effect for effect in OWN if effect.acts_at(*ports)]
 
 
-def _strengths(effects: Iterable[Effect]) -> tuple[int, ...]:
+def _acting_places(effects: Iterable[Effect]) -> tuple[int, ...]:
     """Return the indices of strengths and of finer shapes, which may act alone."""
     found: list[int] = []
     for effect in effects:
@@ -63,24 +63,24 @@ def places(*ports: Port) -> tuple[int, ...]:
 
 
 def strengths_that_ask(quantity: str, *ports: Port) -> tuple[int, ...]:
-    """Return the strengths of effects whose terms ask for a quantity.
+    """Return the strengths and finer shapes of effects that ask for a quantity.
 
     The terms are at some ports; all that is from outside is among them.
     """
     asking = [one for one in _at(*ports) if any(quantity in arguments(f) for f in one.at(*ports))]
-    return (*_strengths(asking), *range(_OUTSIDE, EXTENDED))
+    return (*_acting_places(asking), *range(_OUTSIDE, EXTENDED))
 
 
 _OUTSIDE = max((effect.stated_indices[-1] + 1 for effect in OWN), default=EFFECTS)
 
-# Where the strengths stand that each kind of port asks for.
-_FRICTION = _strengths(_at(*FRICTION))
-_ELASTIC = _strengths(_at(*ELASTIC))
-_LEAD = _strengths(_at(Port.PLATE_LEAD))
-_DRAG = _strengths(_at(*DRAG))
-_MOTOR_CONSTANT = _strengths(_at(*MOTOR_CONSTANT))
-_VOLTAGE = _strengths(_at(*VOLTAGE))
-_SLOW = _strengths(effect for effect in OWN if effect.states)
+# Where the strengths and finer shapes stand that each kind of port asks for.
+_FRICTION = _acting_places(_at(*FRICTION))
+_ELASTIC = _acting_places(_at(*ELASTIC))
+_LEAD = _acting_places(_at(Port.PLATE_LEAD))
+_DRAG = _acting_places(_at(*DRAG))
+_MOTOR_CONSTANT = _acting_places(_at(*MOTOR_CONSTANT))
+_VOLTAGE = _acting_places(_at(*VOLTAGE))
+_SLOW = _acting_places(effect for effect in OWN if effect.states)
 
 _friction_outside = compose.outside_at(*(port.index for port in FRICTION))
 _elastic_outside = compose.outside_at(*(port.index for port in ELASTIC))
