@@ -50,7 +50,7 @@ def serve_and_drive(kind: str) -> dict[str, object]:
         link.close()
         process.send_signal(signal.SIGTERM)
         farewell = process.stdout.read()
-        code = process.wait(10)
+        code = process.wait(60)
     frames = concatenate_frames(received)
     name = "EtbBurst" if kind == "fd" else "EtbCurrent"
     counter = "BurstSampleCounter" if kind == "fd" else "CurrentSampleCounter"

@@ -25,7 +25,7 @@ def found(tmp_path_factory):
     bus = "bus: {interface: socketcan, channel: vcan0, bitrate: 1 Mbit/s}"
     bench.write_text(text.replace(line, bus), "utf-8")
     out = folder / "out"
-    done = vcan_machine.run([sys.executable, str(STACKS), str(bench), str(out)], out, timeout_s=300)
+    done = vcan_machine.run([sys.executable, str(STACKS), str(bench), str(out)], out)
     assert done.returncode == 0, done.stdout + done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 

@@ -30,7 +30,7 @@ def test_identity_routine_and_codes_over_vcan(tmp_path):
     scenario.write_text(SHORT, "utf-8")
     place = tmp_path / "out"
     command = [sys.executable, str(PAIR), str(bench), "faulty", str(place), str(scenario)]
-    done = vcan_machine.run(command, place, timeout_s=300)
+    done = vcan_machine.run(command, place)
     (path,) = (place / "sessions").glob("*/results.json")
     results = result_from_dict(json.loads(path.read_text("utf-8")))
     told = f"{results.bench}\n{done.stdout}{done.stderr}"

@@ -18,13 +18,13 @@ def vcan():
 
 
 def test_two_processes_exchange_classic_and_fd_frames(tmp_path):
-    done = vcan_machine.run([sys.executable, str(HERE / "vcan_echo.py")], tmp_path / "job", timeout_s=120)
+    done = vcan_machine.run([sys.executable, str(HERE / "vcan_echo.py")], tmp_path / "job")
     assert done.returncode == 0, done.stderr
     assert done.stdout == "200 frames answered\n"
 
 
 def test_the_exit_code_and_the_error_text_come_back(tmp_path):
-    done = vcan_machine.run(["sh", "-c", "echo wrong >&2; exit 10"], tmp_path / "job", timeout_s=120)
+    done = vcan_machine.run(["sh", "-c", "echo wrong >&2; exit 10"], tmp_path / "job")
     assert (done.returncode, done.stderr) == (10, "wrong\n")
 
 

@@ -26,6 +26,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 GUEST = Path(__file__).with_name("vcan_guest.py")
 HOST = Path(__file__).with_name("vcan_host.c")
 REQUIRED = "ETB_HIL_NEEDS_VCAN"  # set where all that a vcan0 needs was installed: then nothing is skipped
+HANGS_S = 900.0  # a slow machine compiles the package in the guest for minutes; only what hangs takes so long
 BESIDE = "VCAN_MACHINE"  # set for commands that `run` starts
 MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
 VCAN_UP = "ip link set lo up && ip link add dev vcan0 type vcan && ip link set vcan0 mtu 72 up"  # 72: CAN FD frames
@@ -86,7 +87,7 @@ def require_guest() -> None:
             raise RuntimeError(f"User Mode Linux does not start here{lacks}: {error}") from None
 
 
-def run(command: list[str], folder: Path, timeout_s: float, *, slower: int = 1) -> subprocess.CompletedProcess[str]:
+def run(command: list[str], folder: Path, timeout_s: float = HANGS_S, *, slower: int = 1) -> subprocess.CompletedProcess[str]:
     """Run a command beside a vcan0 that is up; `folder` and the package's folder (compiled kernels) are writable.
 
     With `slower`, one second of the command's clock is so many seconds of this machine's (`timeout_s` is the latter).

@@ -267,10 +267,19 @@ def shape(
 
 
 def finer(
-    name: str, unit: str, low: float, high: float, source: str, scale: float, elsewhere: tuple[float, ...] = ()
+    name: str,
+    unit: str,
+    low: float,
+    high: float,
+    source: str,
+    scale: float,
+    elsewhere: tuple[float, ...] = (),
+    *,
+    is_strength: bool = False,
 ) -> EffectParameter:
     """Return a shape that is 0 for the plain curve.
 
-    `scale` is how far it moves at a time, `elsewhere` are other starts.
+    `scale` is how far it moves at a time, `elsewhere` are other starts. `is_strength`: it makes the effect by itself.
     """
-    return EffectParameter(name, unit, low, high, (0.0,), source, scale=scale, elsewhere=elsewhere)
+    start = (0.0,)
+    return EffectParameter(name, unit, low, high, start, source, is_strength, scale=scale, elsewhere=elsewhere)

@@ -35,12 +35,13 @@ def _at(*ports: Port) -> list[Effect]:
 
 
 def _acting_places(effects: Iterable[Effect]) -> tuple[int, ...]:
-    """Return the indices of strengths and of finer shapes, which may act alone."""
-    found: list[int] = []
-    for effect in effects:
-        found += [effect.indices[k] for k in effect.strengths]
-        found += effect.stated_indices[len(effect.parameters) :]
-    return tuple(found)
+    """Return the indices of all that makes an effect by itself."""
+    return tuple(
+        place
+        for effect in effects
+        for one, place in zip(effect.stated, effect.stated_indices, strict=True)
+        if one.is_strength
+    )
 
 
 def places(*ports: Port) -> tuple[int, ...]:
@@ -63,7 +64,7 @@ def places(*ports: Port) -> tuple[int, ...]:
 
 
 def strengths_that_ask(quantity: str, *ports: Port) -> tuple[int, ...]:
-    """Return the strengths and finer shapes of effects that ask for a quantity.
+    """Return the strengths of effects that ask for a quantity.
 
     The terms are at some ports; all that is from outside is among them.
     """
@@ -73,7 +74,7 @@ def strengths_that_ask(quantity: str, *ports: Port) -> tuple[int, ...]:
 
 _OUTSIDE = max((effect.stated_indices[-1] + 1 for effect in OWN), default=EFFECTS)
 
-# Where the strengths and finer shapes stand that each kind of port asks for.
+# Where the strengths stand that each kind of port asks for.
 _FRICTION = _acting_places(_at(*FRICTION))
 _ELASTIC = _acting_places(_at(*ELASTIC))
 _LEAD = _acting_places(_at(Port.PLATE_LEAD))

@@ -43,7 +43,7 @@ EFFECT = Effect(
     source="chosen form: what a straight line leaves",
     is_of_place=True,
     finer=(
-        finer("kink", "N·m", -1.0, 1.0, "k: the slope changes at once, as where coils meet", 0.05),
+        finer("kink", "N·m", -1.0, 1.0, "k: the slope changes at once, as where coils meet", 0.05, is_strength=True),
         finer("knee", "1", -0.4, 0.4, "m: where it does, from the middle of the travel", 0.05),
     ),
     terms={Port.SPRING_TORQUE: torque},
