@@ -130,7 +130,7 @@ class Normal:
 
 def active_in(parameters: Float64) -> Int64:
     """Return the indices of the effects that a vector has."""
-    there = [one for one in CATALOGUE.values() if any(parameters[one.indices[k]] != 0.0 for k in one.strengths)]
+    there = [one for one in CATALOGUE.values() if parameters[list(one.acting_indices)].any()]
     return np.array(sorted({forces.index_of(effect) for effect in there}), np.int64)
 
 
@@ -204,33 +204,51 @@ def sensitivities(
     """
     base = [k for k, one in enumerate(columns) if one.effect is None and one.place >= 0]
     rest = [k for k in range(len(columns)) if k not in set(base)]
-    width = len(at.parameters)
+    felt = _felt([columns[k] for k in base], at.active)
+    moving = [*(columns[base[j]] for j, _ in felt), *(columns[k] for k in rest)]
+    width, count = len(at.parameters), len(base) + len(moving)
     places, tied = np.array([(columns[k].place, columns[k].tied) for k in base], np.int64).reshape(len(base), 2).T
-    away = np.array([_moved(at.parameters, columns[k]) for k in rest]).reshape(len(rest), width)
-    shapes, modulations = _shapes([columns[k].shape for k in rest], len(record))
-    effects = np.array([_index(columns[k]) for k in rest], np.int64)
-    kinds = np.array([_kind(columns[k], at) for k in rest], np.int64)
-    numbers = [0 if groups is None else groups[k] for k in rest]
-    ends = [len(rest) if one < 0 else len(rest) - numbers[::-1].index(one) for one in numbers]
+    away = np.array([_moved(at.parameters, one) for one in moving]).reshape(len(moving), width)
+    shapes, modulations = _shapes([one.shape for one in moving], len(record))
+    effects = np.array([*(index for _, index in felt), *(_index(columns[k]) for k in rest)], np.int64)
+    kinds = np.array([*(1 for _ in felt), *(_kind(columns[k], at) for k in rest)], np.int64)
+    numbers = [*(-1 for _ in felt), *(0 if groups is None else groups[k] for k in rest)]
+    ends = [len(moving) if one < 0 else len(moving) - numbers[::-1].index(one) for one in numbers]
     until = np.array(ends, np.int64)
-    matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
-    rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
+    matrix, gradient = np.zeros((count, count)), np.zeros(count)
+    rows = np.zeros((len(record) if is_kept else 0, 3, count))
     normal_matrix(
         record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters,
         at.states, at.ahead, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(),
         tied.copy(), effects,
-        away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
+        away, np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip
+    if felt:
+        joins = np.zeros((count, len(columns)))
+        joins[np.arange(count), [*range(len(base)), *(j for j, _ in felt), *range(len(base), len(columns))]] = 1.0
+        matrix, gradient, rows = joins.T @ matrix @ joins, joins.T @ gradient, rows @ joins
     order = np.argsort([*base, *rest])
     if rest and base and max(base) > min(rest):  # else they are in order, and the rows are many
         matrix, gradient, rows = matrix[np.ix_(order, order)], gradient[order], rows[:, :, order]
     return Normal(matrix, gradient, rows)
 
 
+def _felt(base: Sequence[Column], active: Int64) -> list[tuple[int, int]]:
+    """Return base columns by their place, and active effects whose terms depend on each."""
+    return [
+        (j, index)
+        for index in active.tolist()
+        for j, one in enumerate(base)
+        if not forces.base_of(index).isdisjoint((one.place, one.tied))
+    ]
+
+
 def _moved(parameters: Float64, column: Column) -> Float64:
     found = (parameters if column.parameters is None else column.parameters).copy()
     if column.place >= 0:
+        if column.tied >= 0:
+            found[column.tied] *= 1.0 + column.step / found[column.place]
         found[column.place] += column.step
     return found
 

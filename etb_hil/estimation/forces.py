@@ -16,18 +16,28 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.plant.effects import compose
-from etb_hil.plant.effects.catalogue import OWN
-from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.catalogue import CATALOGUE, OWN
+from etb_hil.plant.effects.effect import Effect, arguments
 from etb_hil.plant.effects.layout import SLOW
 from etb_hil.plant.effects.port import READINGS, Port
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
     COULOMB,
+    DEAD_ZONE,
     GEAR_RATIO,
     INDUCTANCE,
+    LIMP_HOME,
+    PRELOAD_CLOSE,
+    PRELOAD_OPEN,
     RESISTANCE,
+    SLOPE_CLOSE,
+    SLOPE_OPEN,
     STICTION,
+    STOP_DAMPING,
+    STOP_HIGH,
+    STOP_LOW,
+    STOP_STIFFNESS,
     STRIBECK_VELOCITY,
     TORQUE_PER_AMPERE,
     VISCOUS,
@@ -71,23 +81,58 @@ _LEVELS = {
     Port.FRICTION_HEAT: "level = {f}(level, temperature, p)",
 }
 
+# The base parameters that a term's place in the equations depends on, by its port, and those behind what it asks for.
+_ELASTIC = (
+    PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, LIMP_HOME, DEAD_ZONE,
+    STOP_LOW, STOP_HIGH, STOP_STIFFNESS, STOP_DAMPING,
+)  # fmt: skip
+_CURVE = (COULOMB, STICTION, STRIBECK_VELOCITY)
+_BASE_AT = {
+    Port.SPRINGS: _ELASTIC,
+    Port.PLATE_LEAD: _ELASTIC,
+    Port.STRIBECK_PEAK: _CURVE,
+    Port.FRICTION_TORQUE: _CURVE,
+    Port.FRICTION_AGE: _CURVE,
+    Port.TORQUE_SHARE: (TORQUE_PER_AMPERE,),
+    Port.BACK_EMF_SHARE: (BACK_EMF,),
+    Port.VISCOUS_SHARE: (VISCOUS,),
+    Port.RESISTANCE_SHARE: (RESISTANCE,),
+}
+_BASE_BY = {"load": _ELASTIC, "surplus": _CURVE}
 
-# The plate is behind the motor by what its own load twists: that of springs and stops where it is. The load falls with
-# the lead, so that this one is between 0 and what the load at the motor's angle gives; regula falsi (Dowell and Jarratt
-# 1971, "Illinois") finds it. At a stop one step from the motor's angle would be off by many times the lead.
+
+# The plate is behind the motor by what its own load twists: that of springs and stops where it is. It meets a stop
+# behind the motor alone. A damped stop takes the load of its velocity at once: the plate stays at its edge then, until
+# the twist has that load. So the lead is sought on the side of the edge where the plate is, or the load at the edge, by
+# regula falsi (Dowell and Jarratt 1971, "Illinois"), as exactly as differences of the torque need.
 _LEAD = [
-    "lead = {f}(0.0, load, p)",
-    "near, left, far, right = 0.0, lead, lead, 0.0",
-    "plates = spring_torque(theta - lead, p) + stop_torque(theta - lead, omega, p)",
-    "right = {f}(0.0, plates, p) - lead",
-    "for k in range(12):",
-    "    if abs(right) < 1e-8 or left == right: break",
-    "    lead = far - right * (far - near) / (right - left)",
-    "    plates = spring_torque(theta - lead, p) + stop_torque(theta - lead, omega, p)",
+    "near, far, is_met = 0.0, {f}(0.0, load, p), False",
+    "plates = spring_torque(theta - far, p) + stop_torque(theta - far, omega, p)",
+    "left, right = far, {f}(0.0, plates, p) - far",
+    "if theta > p[STOP_HIGH] or theta < p[STOP_LOW]:",
+    "    edge = p[STOP_HIGH] if theta > p[STOP_HIGH] else p[STOP_LOW]",
+    "    free, push = spring_torque(edge, p), p[STOP_DAMPING] * omega",
+    "    met = free + (max(push, 0.0) if theta > edge else min(push, 0.0))",
+    "    gap = theta - edge",
+    "    before, after = {f}(0.0, free, p) - gap, {f}(0.0, met, p) - gap",
+    "    if before * gap >= 0.0:",
+    "        near, left, far = gap, before, before + gap",
+    "        plates = spring_torque(theta - far, p)",
+    "        right = {f}(0.0, plates, p) - far",
+    "    elif after * gap >= 0.0:",
+    "        is_met, near, left, far, right, plates = True, free, before, met, after, met",
+    "    else:",
+    "        far, right, plates = gap, after, met",
+    "lead = gap if is_met else far",
+    "for k in range(25):",
+    "    if abs(right) < 1e-12 or left == right: break",
+    "    tried = far - right * (far - near) / (right - left)",
+    "    if is_met: plates = tried",
+    "    else: lead, plates = tried, spring_torque(theta - tried, p) + stop_torque(theta - tried, omega, p)",
     "    found = {f}(0.0, plates, p) - lead",
     "    if (found > 0.0) == (right > 0.0): left *= 0.5",
     "    else: near, left = far, right",
-    "    far, right = lead, found",
+    "    far, right = tried, found",
     "out[5] -= lead",
     "out[0] += plates - load",
 ]
@@ -141,6 +186,19 @@ _TERMS = [*(_Terms(effect) for effect in OWN), _Terms()]
 READS = np.array([terms.acts_at(*READINGS, Port.PLATE_LEAD) for terms in _TERMS], np.bool_)
 
 
+def base_of(index: int) -> frozenset[int]:
+    """Return the base parameters that the terms of an effect depend on, by its number."""
+    effects = OWN[index : index + 1] or [one for one in CATALOGUE.values() if one.id not in _INDEX]
+    found: set[int] = set()
+    for effect in effects:
+        for port in effect.terms:
+            found.update(_BASE_AT.get(port, ()))
+            for name in (name for function in effect.at(port) for name in arguments(function)):
+                found.update(_BASE_BY.get(name, ()))
+                found.update([compose.BASE[name]] if name in compose.BASE else ())
+    return frozenset(found)
+
+
 def index_of(effect: Effect) -> int:
     """Return the number by which the compiled functions know an effect.
 
@@ -157,12 +215,13 @@ def _function(terms: _Terms) -> compose.Made:
     scope: dict[str, Any] = {
         "SLOW": SLOW, "KT": TORQUE_PER_AMPERE, "KE": BACK_EMF, "VISCOUS": VISCOUS, "RESISTANCE": RESISTANCE,
         "GEAR": GEAR_RATIO, "COULOMB": COULOMB, "STICTION": STICTION, "STRIBECK": STRIBECK_VELOCITY, "gauss": gauss,
+        "STOP_HIGH": STOP_HIGH, "STOP_LOW": STOP_LOW, "STOP_DAMPING": STOP_DAMPING,
         "spring_torque": spring_torque, "stop_torque": stop_torque,
     }  # fmt: skip
     lines = [
         "slow = remembered[:SLOW]",
         "for k in range(len(out)): out[k] = 0.0",
-        "springs = spring_torque(theta, p)",
+        "springs, gap = spring_torque(theta, p), 0.0",
         "load = springs + stop_torque(theta, omega, p)",
     ]
 

@@ -41,6 +41,7 @@ from etb_hil.plant.physics import (
     LIMP_HOME,
     RESISTANCE,
     STICTION,
+    STOP_STIFFNESS,
     Vector,
 )
 from etb_hil.recording.samples import Float64, Int64
@@ -141,7 +142,14 @@ def acting_on(
         acting[LEVEL] += d[forces.LEVEL]
         acting[LOST] += d[forces.LOST]
         forces.add(one, theta + _STEP, omega, current, voltage, bristle, temperature, memory, p, d)
-        acting[BY_ANGLE] += (d[forces.BRAKING] - braking) / _STEP
+        stiffness = (d[forces.BRAKING] - braking) / _STEP
+        if abs(stiffness) > p[STOP_STIFFNESS]:
+            # A damped stop is met with a jump, which has no slope: it is on one side alone.
+            forces.add(one, theta - _STEP, omega, current, voltage, bristle, temperature, memory, p, d)
+            before = (braking - d[forces.BRAKING]) / _STEP
+            if abs(before) < abs(stiffness):
+                stiffness = before
+        acting[BY_ANGLE] += stiffness
         if has_velocity:
             forces.add(one, theta, omega + _STEP, current, voltage, bristle, temperature, memory, p, d)
             acting[BY_VELOCITY] += (d[forces.BRAKING] - braking) / _STEP

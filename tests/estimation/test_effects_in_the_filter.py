@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from etb_hil.base.stock import find
-from etb_hil.estimation.filtering import Disturbance, filtered
+from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
 from etb_hil.estimation.record import record
 from etb_hil.estimation.throttle import OMEGA
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.extended import advance_extended, new_extended_state
+from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.parameters import load_model
+from etb_hil.plant.physics import DEAD_ZONE, LIMP_HOME, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_OPEN, STOP_LOW
 
 MODEL = load_model(find("model", "default"))
 STEP = 50e-6  # s
 SMALL, LARGE = Disturbance(1e-4, 1e-3), Disturbance(1e-2, 1e-1)
-NOISE = (5e-3, 1e-5)  # of current in A and angle in rad
+NOISE = (5e-3, 1e-5, 1e-4)  # of current in A, of both angles in rad
 
 
 def _with(id_, **strengths):
@@ -34,13 +35,13 @@ def _seen(p, rate, seconds=6.0, late=0.0):
     state, fine = new_extended_state(MODEL.values.limp_home, 25.0, p), []
     for held in volts:
         for _ in range(every):
-            fine.append(state[:4].copy())
+            fine.append(state[[0, 1, 2, 3, PLATE]])
             advance_extended(state, p, held, 1, 25.0)
     fine = np.array(fine)
     current = np.interp(time - late, np.arange(len(fine)) * STEP, fine[:, 3])
-    noise = np.random.default_rng(54).standard_normal((2, len(time)))
-    angle = fine[::every, 0] + NOISE[1] * noise[1]
-    return record(time, volts, MODEL, current=current + NOISE[0] * noise[0], motor=angle), fine[::every]
+    noise = np.random.default_rng(54).standard_normal((3, len(time))) * np.reshape(NOISE, (3, 1))
+    motor, plate = fine[::every, 0] + noise[1], fine[::every, 4] + noise[2]
+    return record(time, volts, MODEL, current=current + noise[0], motor=motor, plate=plate), fine[::every]
 
 
 @pytest.mark.parametrize("rate", [1000, 2000])
@@ -82,3 +83,49 @@ def test_a_winding_warms_in_the_time_that_a_thinned_record_leaves_out():
     kept, forgotten = (filtered(one, p, LARGE) for one in (thinned, cold))
     assert kept.log_likelihood > forgotten.log_likelihood + 100.0
     assert kept.needed[1] < 0.3 * forgotten.needed[1]
+
+
+LOOSE = {"compliance": 0.016, "stiffening": 2.0}
+
+
+@pytest.fixture(scope="module")
+def loose():
+    """Return the parameters of a throttle with a shaft that gives way, and its record."""
+    p = _with("shaft_compliance", **LOOSE)
+    return p, _seen(p, 2000)[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("limp_home", LIMP_HOME),
+        ("dead_zone", DEAD_ZONE),
+        ("preload_open", PRELOAD_OPEN),
+        ("preload_close", PRELOAD_CLOSE),
+        ("slope_open", SLOPE_OPEN),
+    ],
+)
+def test_springs_that_twist_a_shaft_have_the_slopes_that_differences_show(loose, name, place):
+    """They move the plate behind the shaft, too, and not only the torque on the motor."""
+    p, seen = loose
+    column = Column(name, 1e-3 * MODEL.tolerance(name), place)
+    found = sensitivities(seen, filtered(seen, p, SMALL, is_kept=True), [column], is_kept=True).rows[..., 0]
+    whitened = []
+    for way in (-1.0, 1.0):
+        moved = p.copy()
+        moved[column.place] += way * column.step
+        whitened.append(filtered(seen, moved, SMALL).whitened)
+    difference = (whitened[1] - whitened[0]) / (2.0 * column.step)
+    plates = (found - difference)[200:, 2]
+    assert np.linalg.norm(plates) < 0.1 * np.linalg.norm(difference[200:, 2])
+
+
+def test_a_stop_that_is_met_somewhat_earlier_is_somewhat_less_likely(loose):
+    """A damped stop takes the load of its velocity at once; the likelihood has no jump where a sample comes near."""
+    p, seen = loose
+    likelihoods = []
+    for k in range(200):
+        moved = p.copy()
+        moved[STOP_LOW] += 1e-7 * k
+        likelihoods.append(filtered(seen, moved, SMALL).log_likelihood)
+    assert np.max(np.abs(np.diff(likelihoods))) < 2.0

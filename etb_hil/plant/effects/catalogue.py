@@ -53,7 +53,7 @@ def strengths_at(*ports: Port) -> NDArray[np.int64]:
 
     They are those in the extended vector.
     """
-    return np.array([one.indices[k] for one in acting_at(*ports) for k in one.strengths], np.int64)
+    return np.array([place for one in acting_at(*ports) for place in one.acting_indices], np.int64)
 
 
 @cache

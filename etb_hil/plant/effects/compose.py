@@ -168,7 +168,7 @@ def _memory(effect: Effect, begins: Mapping[str, int]) -> str:
 
 
 def _is_there(effect: Effect) -> str:
-    return " or ".join(f"p[{effect.indices[k]}] != 0.0" for k in effect.strengths)
+    return " or ".join(f"p[{place}] != 0.0" for place in effect.acting_indices)
 
 
 def _outside(index: int, takes: tuple[str, ...]) -> str:

@@ -211,6 +211,11 @@ class Effect:
         return tuple(range(row(self.id), row(self.id) + len(self.stated)))
 
     @property
+    def acting_indices(self) -> tuple[int, ...]:
+        """Where all that makes the effect by itself stands in the extended vector."""
+        return tuple(k for one, k in zip(self.stated, self.stated_indices, strict=True) if one.is_strength)
+
+    @property
     def strengths(self) -> tuple[int, ...]:
         """Places, among the parameters, of those that make the effect."""
         return tuple(k for k, parameter in enumerate(self.parameters) if parameter.is_strength)

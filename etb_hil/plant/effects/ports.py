@@ -35,13 +35,7 @@ def _at(*ports: Port) -> list[Effect]:
 
 
 def _acting_places(effects: Iterable[Effect]) -> tuple[int, ...]:
-    """Return the indices of all that makes an effect by itself."""
-    return tuple(
-        place
-        for effect in effects
-        for one, place in zip(effect.stated, effect.stated_indices, strict=True)
-        if one.is_strength
-    )
+    return tuple(place for effect in effects for place in effect.acting_indices)
 
 
 def places(*ports: Port) -> tuple[int, ...]:
