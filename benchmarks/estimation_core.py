@@ -5,21 +5,27 @@
 For each unit a friction check at 2 kHz is simulated by the independent throttle, the bench's idea of the unit is drawn
 inside its tolerances, and its parameters are calibrated. Printed are: by how many nats the fit is more likely than the
 truth; the share of parameters whose 95 % interval holds the truth; the disturbance that the fit needs; the correlation
-of the innovations from sample to sample; processor time a sample. At the end, sensitivities against differences.
+of the innovations from sample to sample; processor time a sample. At the end, sensitivities against differences:
+without an effect, and for each effect all unknowns of a record that has it.
 """
 
 import argparse
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
+from driven_plant import driven
 from independent_throttle import Unit, friction_check, off_by_tolerances
 from throttle_as_model import parameters, record_until_the_bridge_opens
 
+from etb_hil.base.stock import find
+from etb_hil.estimation import forces
 from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
 from etb_hil.estimation.unknown import base_unknowns
+from etb_hil.hypotheses.candidates import unknowns_of
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import VISCOUS
 from etb_hil.plant.values import ThrottleParameters
 
@@ -27,6 +33,8 @@ RATE = 2000
 SMALL = Disturbance(1e-3, 1e-2)
 TRANSIENT = 200  # samples at the beginning that are not judged
 IN_INTERVAL = 1.96
+STRONG = 4.0  # steps of an effect
+FAR = 0.1  # of a sensitivity: error that is printed
 MOVES = 1e-3  # of the innovations that a column changes most: it has to move them by as much to be judged
 
 
@@ -91,6 +99,37 @@ def compare():
     print(f"sensitivities against differences: median {100 * np.median(errors):.2f} %, worst {100 * max(errors):.1f} %")
 
 
+def beside():
+    """Print the sensitivities of all unknowns that are far from differences, beside each effect."""
+    every = []
+    for effect in CATALOGUE.values():
+        model = load_model(find("model", "default"))
+        p = model.vector()
+        for one, place in zip(effect.parameters, effect.indices, strict=True):
+            first = one.starts[0] if one.starts else 0.0
+            p[place] = np.clip(STRONG * first, one.low, one.high) if one.is_strength else one.starts[-1]
+        made, _ = driven(model, p, RATE, late=forces.lateness(p))
+        at = filtered(made, p, SMALL, is_kept=True)
+        unknowns = [*base_unknowns(model), *unknowns_of(effect, p)]
+        asked = [replace(one.column(), step=0.1 * one.column().step) for one in unknowns]
+        rows = sensitivities(made, at, asked, is_kept=True).rows[TRANSIENT:]
+        far = []
+        for k, (one, column) in enumerate(zip(unknowns, asked, strict=True)):
+            ends = []
+            for way in (-1.0, 1.0):
+                moved = p.copy()
+                one.put(moved, p[one.place] + way * column.step)
+                ends.append(filtered(made, moved, SMALL).whitened[TRANSIENT:])
+            difference = (ends[1] - ends[0]) / (2.0 * column.step)
+            size = np.linalg.norm(difference, axis=0)
+            most = int(np.argmax(size))
+            if size[most] * one.deviation > 1.0:  # what the record knows more of than the prior
+                every.append(float(np.linalg.norm((rows[..., k] - difference)[:, most]) / size[most]))
+                far += [f"{one.name} {100 * every[-1]:.0f} %"] if every[-1] > FAR else []
+        print(f"  {effect.id:28} {', '.join(far)}")
+    print(f"beside effects: {len(every)}, median {100 * np.median(every):.2f} %, {sum(e > FAR for e in every)} far off")
+
+
 def speed():
     """Print the processor time of one pass a sample, without and with sensitivities."""
     made, model = record_until_the_bridge_opens(Unit(), Unit(), friction_check(Unit()), RATE, 0)
@@ -115,6 +154,7 @@ def main():
     held = np.abs(away) < IN_INTERVAL
     print(f"95 % intervals hold the truth: {held.sum()} of {len(held)} = {100 * held.mean():.1f} %")
     compare()
+    beside()
     speed()
 
 

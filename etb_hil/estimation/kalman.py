@@ -156,6 +156,12 @@ def acting_on(
     acting[LEVEL] = max(acting[LEVEL], _LEAST_LEVEL)
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def parts_of(dt: float) -> int:
+    """Return in how many steps a sample of dt s is predicted."""
+    return int(dt / _LONGEST - 1e-6) + 1
+
+
 @njit(cache=True, error_model="numpy")
 def predict(
     x: Vector, p: Vector, voltage: float, temperature: float, dt: float, active: Int64, memory: Vector, acting: Vector,
@@ -167,7 +173,7 @@ def predict(
     middle of each step's way: a wave over the motor's turn goes through radians in a sample. `acting`, `d` and `level`:
     see `acting_on`; `work` (2, at least `MOVING`).
     """
-    parts = int(dt / _LONGEST - 1e-6) + 1
+    parts = parts_of(dt)
     h = dt / parts
     f[:], b[:] = 0.0, 0.0
     acting[LEVEL] = max(level, _LEAST_LEVEL)

@@ -16,7 +16,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
-from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE
+from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE, parts_of
 from etb_hil.estimation.motion import spring
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA
 from etb_hil.plant.exactmath import gauss
@@ -84,32 +84,51 @@ def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
             matrix[i, j] += factor * row[j]
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _by_springs(theta: float, weight: float, p: Vector, out: Float64) -> None:
+    """Add what the springs lack at an angle for each unit of their parameters, times a weight."""
+    _, slope, acts = spring(theta, p)
+    away = theta - p[LIMP_HOME]
+    distance, is_open = abs(away), away > 0.0
+    preload, rise = (PRELOAD_OPEN, SLOPE_OPEN) if is_open else (PRELOAD_CLOSE, SLOPE_CLOSE)
+    out[preload, 0] += weight * acts
+    out[rise, 0] += weight * acts * distance
+    out[LIMP_HOME, 0] -= weight * slope
+    if distance < p[DEAD_ZONE]:
+        u = distance / p[DEAD_ZONE]
+        whole = p[preload] + p[rise] * distance
+        out[DEAD_ZONE, 0] -= weight * (1.0 if is_open else -1.0) * whole * 6.0 * u * u * (1.0 - u) / p[DEAD_ZONE]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _by_stops(theta: float, omega: float, weight: float, p: Vector, out: Float64) -> None:
+    """Add what the stops lack for each unit of their parameters, times a weight."""
+    torque = stop_torque(theta, omega, p)
+    if torque != 0.0:
+        stop = STOP_HIGH if torque > 0.0 else STOP_LOW
+        out[stop, 0] -= weight * p[STOP_STIFFNESS]
+        out[STOP_STIFFNESS, 0] += weight * (theta - p[stop])
+        out[STOP_DAMPING, 0] += weight * omega
+
+
 @njit(cache=True, error_model="numpy")
 def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64) -> None:
     """Fill in what the equations lack for each unit of a base parameter.
 
-    The step goes from a state to the predicted one dt s later.
+    The step goes from a state to the predicted one dt s later. Springs and stops change within it: they are taken where
+    the filter takes them.
 
     `out` (`PARAMETERS`, `FORCES` + 1): the forces, and what is added to the bristle torque at the end; 0 elsewhere.
     """
-    theta, omega = 0.5 * (x[THETA] + ahead[THETA]), 0.5 * (x[OMEGA] + ahead[OMEGA])
+    omega = 0.5 * (x[OMEGA] + ahead[OMEGA])
     current = 0.5 * (x[CURRENT] + ahead[CURRENT])
-    _, slope, acts = spring(theta, p)
-    away = theta - p[LIMP_HOME]
-    distance, is_open = abs(away), away > 0.0
-    out[PRELOAD_OPEN, 0], out[SLOPE_OPEN, 0] = (acts, acts * distance) if is_open else (0.0, 0.0)
-    out[PRELOAD_CLOSE, 0], out[SLOPE_CLOSE, 0] = (0.0, 0.0) if is_open else (acts, acts * distance)
-    out[LIMP_HOME, 0], out[DEAD_ZONE, 0] = -slope, 0.0
-    if distance < p[DEAD_ZONE]:
-        u = distance / p[DEAD_ZONE]
-        rise = p[SLOPE_OPEN] if is_open else p[SLOPE_CLOSE]
-        whole = (p[PRELOAD_OPEN] if is_open else p[PRELOAD_CLOSE]) + rise * distance
-        out[DEAD_ZONE, 0] = -(1.0 if is_open else -1.0) * whole * 6.0 * u * u * (1.0 - u) / p[DEAD_ZONE]
-    at_stop = stop_torque(theta, omega, p)
-    out[STOP_HIGH, 0] = -p[STOP_STIFFNESS] if at_stop > 0.0 else 0.0
-    out[STOP_LOW, 0] = -p[STOP_STIFFNESS] if at_stop < 0.0 else 0.0
-    out[STOP_STIFFNESS, 0] = theta - p[STOP_HIGH if at_stop > 0.0 else STOP_LOW] if at_stop != 0.0 else 0.0
-    out[STOP_DAMPING, 0] = omega if at_stop != 0.0 else 0.0
+    out[PRELOAD_OPEN : STOP_DAMPING + 1, 0] = 0.0
+    parts = parts_of(dt)
+    for part in range(parts):
+        share = (part + 0.5) / parts
+        angle, velocity = x[THETA] + share * (ahead[THETA] - x[THETA]), x[OMEGA] + share * (ahead[OMEGA] - x[OMEGA])
+        _by_springs(angle, 1.0 / parts, p, out)
+        _by_stops(angle, velocity, 1.0 / parts, p, out)
     ratio = omega / p[STRIBECK_VELOCITY]
     peak = gauss(ratio)
     falls = (p[STICTION] - p[COULOMB]) * peak

@@ -4,20 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from driven_plant import driven
 
 from etb_hil.base.stock import find
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
-from etb_hil.estimation.record import record
 from etb_hil.estimation.throttle import OMEGA
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import DEAD_ZONE, LIMP_HOME, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_OPEN, STOP_LOW
 
 MODEL = load_model(find("model", "default"))
-STEP = 50e-6  # s
 SMALL, LARGE = Disturbance(1e-4, 1e-3), Disturbance(1e-2, 1e-1)
-NOISE = (5e-3, 1e-5, 1e-4)  # of current in A, of both angles in rad
 
 
 def _with(id_, **strengths):
@@ -25,23 +22,6 @@ def _with(id_, **strengths):
     for name, value in strengths.items():
         p[CATALOGUE[id_].place(name)] = value
     return p
-
-
-def _seen(p, rate, seconds=6.0, late=0.0):
-    """Return a record of a throttle that goes to and fro, slowly and fast, with its true states at the samples."""
-    time = np.arange(round(seconds * rate)) / rate
-    volts = 3.0 + 2.5 * np.sin(2.0 * np.pi * 0.7 * time) + 3.0 * np.sign(np.sin(2.0 * np.pi * 1.9 * time))
-    every = round(1.0 / (rate * STEP))
-    state, fine = new_extended_state(MODEL.values.limp_home, 25.0, p), []
-    for held in volts:
-        for _ in range(every):
-            fine.append(state[[0, 1, 2, 3, PLATE]])
-            advance_extended(state, p, held, 1, 25.0)
-    fine = np.array(fine)
-    current = np.interp(time - late, np.arange(len(fine)) * STEP, fine[:, 3])
-    noise = np.random.default_rng(54).standard_normal((3, len(time))) * np.reshape(NOISE, (3, 1))
-    motor, plate = fine[::every, 0] + noise[1], fine[::every, 4] + noise[2]
-    return record(time, volts, MODEL, current=current + noise[0], motor=motor, plate=plate), fine[::every]
 
 
 @pytest.mark.parametrize("rate", [1000, 2000])
@@ -56,7 +36,7 @@ def _seen(p, rate, seconds=6.0, late=0.0):
 def test_what_changes_within_a_sample_is_followed(id_, strengths, rate):
     """A wave over the motor's turn goes through radians in a sample; the filter is not locked out by it."""
     p = _with(id_, **strengths)
-    seen, truth = _seen(p, rate)
+    seen, truth = driven(MODEL, p, rate)
     with_it, without = filtered(seen, p, SMALL), filtered(seen, MODEL.vector(), LARGE)
     assert np.std(with_it.states[200:, OMEGA] - truth[200:, 1]) < 0.01 * np.std(truth[200:, 1])
     assert with_it.rescued == 0
@@ -66,7 +46,7 @@ def test_what_changes_within_a_sample_is_followed(id_, strengths, rate):
 @pytest.mark.parametrize("late", [0.2e-3, 0.5e-3, 1.6e-3, 6.3e-3])
 def test_a_current_that_comes_late_is_one_of_an_earlier_sample(late):
     """The lateness that the data have is likelier than a shorter and a longer one, beyond a sample too."""
-    seen, _ = _seen(MODEL.vector(), 1000, late=late)
+    seen, _ = driven(MODEL, MODEL.vector(), 1000, late=late)
     shorter, true, longer = (
         filtered(seen, _with("measurement_delay", delay=by * late), SMALL).log_likelihood for by in (0.8, 1.0, 1.25)
     )
@@ -77,7 +57,7 @@ def test_a_current_that_comes_late_is_one_of_an_earlier_sample(late):
 def test_a_winding_warms_in_the_time_that_a_thinned_record_leaves_out():
     """With its heat forgotten where a part begins, the winding would be cold there."""
     p = _with("resistance_temperature", self_heating=5.0, time_constant=4.0)
-    seen, _ = _seen(p, 1000, seconds=20.0)
+    seen, _ = driven(MODEL, p, 1000, seconds=20.0)
     thinned = seen.thinned(4000, 8)
     cold = replace(thinned, since=np.where(thinned.since > 0.0, np.inf, 0.0))
     kept, forgotten = (filtered(one, p, LARGE) for one in (thinned, cold))
@@ -92,7 +72,7 @@ LOOSE = {"compliance": 0.016, "stiffening": 2.0}
 def loose():
     """Return the parameters of a throttle with a shaft that gives way, and its record."""
     p = _with("shaft_compliance", **LOOSE)
-    return p, _seen(p, 2000)[0]
+    return p, driven(MODEL, p, 2000)[0]
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,9 @@ def require_guest() -> None:
             raise RuntimeError(f"User Mode Linux does not start here{lacks}: {error}") from None
 
 
-def run(command: list[str], folder: Path, timeout_s: float = HANGS_S, *, slower: int = 1) -> subprocess.CompletedProcess[str]:
+def run(
+    command: list[str], folder: Path, timeout_s: float = HANGS_S, *, slower: int = 1
+) -> subprocess.CompletedProcess[str]:
     """Run a command beside a vcan0 that is up; `folder` and the package's folder (compiled kernels) are writable.
 
     With `slower`, one second of the command's clock is so many seconds of this machine's (`timeout_s` is the latter).
