@@ -11,7 +11,7 @@ import numba
 import numpy as np
 import pytest
 
-from etb_hil.base.fingerprint import fingerprint, type_fingerprint
+from etb_hil.base.fingerprint import fingerprint, options_fingerprint, type_fingerprint
 
 SOURCE = '''
 import math
@@ -88,6 +88,15 @@ def test_the_order_of_a_tuples_names_is_part_of_its_type():
     assert type_fingerprint(numba.typeof(Swapped(2.0, 1.0))) != one
     assert type_fingerprint(numba.typeof((Swapped(2.0, 1.0),))) != type_fingerprint(numba.typeof((Pair(1.0, 2.0),)))
     assert type_fingerprint(numba.typeof(np.zeros(3))) == type_fingerprint(numba.typeof(np.ones(2)))
+
+
+def test_a_functions_own_options_are_part_of_its_code():
+    def half(x):
+        return 0.5 * x
+
+    options = {}, {"fastmath": True}, {"fastmath": {"nsz"}}
+    found = [options_fingerprint(numba.njit(**one)(half).targetoptions) for one in options]
+    assert all(found.count(one) == 1 for one in found)
 
 
 EVERY = """
