@@ -19,7 +19,6 @@ from independent_throttle import Unit, friction_check, off_by_tolerances
 from throttle_as_model import parameters, record_until_the_bridge_opens
 
 from etb_hil.base.stock import find
-from etb_hil.estimation import forces
 from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
 from etb_hil.estimation.unknown import base_unknowns
@@ -108,7 +107,7 @@ def beside():
         for one, place in zip(effect.parameters, effect.indices, strict=True):
             first = one.starts[0] if one.starts else 0.0
             p[place] = np.clip(STRONG * first, one.low, one.high) if one.is_strength else one.starts[-1]
-        made, _ = driven(model, p, RATE, late=forces.lateness(p))
+        made, _ = driven(model, p, RATE)
         at = filtered(made, p, SMALL, is_kept=True)
         unknowns = [*base_unknowns(model), *unknowns_of(effect, p)]
         asked = [replace(one.column(), step=0.1 * one.column().step) for one in unknowns]

@@ -55,7 +55,7 @@ _INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
 _ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
-_MOTION = "begin, end, dt, voltage, temperature, states, ahead, remembered, p, room, out"
+_MOTION = "begin, end, dt, voltage, temperature, states, ahead, read_late, remembered, p, room, out"
 _FINE = {
     Port.SPRINGS: "out[0] += {f}(springs, theta, p) - springs",
     Port.SPRING_TORQUE: "out[0] += {f}(0.0, theta, p)",
@@ -97,6 +97,7 @@ _BASE_AT = {
     Port.BACK_EMF_SHARE: (BACK_EMF,),
     Port.VISCOUS_SHARE: (VISCOUS,),
     Port.RESISTANCE_SHARE: (RESISTANCE,),
+    Port.CURRENT_LATENESS: (RESISTANCE, INDUCTANCE, BACK_EMF),
 }
 _BASE_BY = {"load": _ELASTIC, "surplus": _CURVE}
 
@@ -281,7 +282,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "late": terms.at(Port.CURRENT_LATENESS),
+        "late": terms.at(Port.CURRENT_LATENESS), "math": math,
     }  # fmt: skip
     lines = [
         "for k in range(begin, end):",
@@ -290,11 +291,17 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     if terms.acts_at(*READINGS, Port.PLATE_LEAD):
         lines += [
             "    v = voltage[max(k - 1, 0)]",
-            "    rate = (v - x[5] - p[R] * x[4] - p[KE] * x[1]) / p[L]",
             "    f(x[0], x[1], x[4], v, x[2], t, remembered, p, room)",
-            "    delay, lag = late((0.0, 0.0), p)",
-            "    o[3] = room[3] - (delay + lag) * rate; o[4] = room[4]; o[5] = room[5]",
+            "    o[3] = room[3]; o[4] = room[4]; o[5] = room[5]",
         ]
+        if terms.acts_at(Port.CURRENT_LATENESS):
+            lines += [
+                "    if read_late != 0.0: v = voltage[k]",
+                "    delay, lag = late((0.0, 0.0), p)",
+                "    later = math.ceil(read_late / dt[k] - 1e-6) * dt[k] - delay - lag",
+                "    at_rest = (v - x[5] - p[KE] * x[1]) / p[R]",
+                "    o[3] += (at_rest - x[4]) * (1.0 - math.exp(-p[R] * later / p[L]))",
+            ]
     else:
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
     lines += [
@@ -320,7 +327,8 @@ _passing_time = [_passing(terms) for terms in _TERMS]
 add = _chosen("add", _ASKS, _adding)
 pass_time = _chosen("pass_time", _PASSED, _passing_time)
 # Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
-# the readings at their states, else in the middle of the way to the state that was predicted (`ahead`).
+# the readings at their states, else in the middle of the way to the state that was predicted (`ahead`). The current was
+# read `read_late` s late.
 along = _chosen("along", _MOTION, [_along(*each) for each in zip(_TERMS, _adding, _passing_time, strict=True)])
 _starts = compose.starts(OWN, is_open=True)
 _late = compose.composed(Port.CURRENT_LATENESS, OWN)

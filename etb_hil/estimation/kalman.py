@@ -86,6 +86,15 @@ def current_rate(x: Vector, voltage: float, p: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def arrival(late: float, dt: float) -> int:
+    """Return how many samples of dt s later the first current from behind a sample is read.
+
+    The current after a state follows from the state; before it, it would follow from noise that has died away.
+    """
+    return math.ceil(late / dt - 1e-6)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector) -> tuple[float, float]:
     """Return the current in A `later` s after a state, and its derivative.
 
@@ -344,7 +353,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             at = CURRENT if m == 0 else THETA
             roots[k, m] = whitened[k, m] = 0.0
             measured = readings[k, m]
-            arrives = round(late / h) if m == 0 else 0
+            arrives = arrival(late, h) if m == 0 else 0
             if arrives != 0:
                 inside = 0 <= k + arrives < len(dt) and not (since[k + 1 : k + arrives + 1] > 0.0).any()
                 measured = readings[k + arrives, m] if inside else math.nan
@@ -355,17 +364,19 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 continue
             by = 2 if m == 0 else 1
             slope = 1.0 + added[by, forces.AT_CURRENT + m] / _STEP
+            by_omega = by_voltage = 0.0
             expected = x[at] + added[0, forces.AT_CURRENT + m]
             if m == 0:
+                noise = s[NOISE_CURRENT]
                 if late != 0.0:
-                    later, goes_on = arrives * h - late, since[k] == 0.0
-                    held = voltage[k - 1 if later < 0.0 and goes_on else k]
-                    faster = (x[OMEGA] - states[k - 1, OMEGA]) / h if goes_on else 0.0
-                    then, share = _current_at(x, held, faster, later, p)
+                    faster = (x[OMEGA] - states[k - 1, OMEGA]) / h if since[k] == 0.0 else 0.0
+                    then, share = _current_at(x, voltage[k], faster, arrives * h - late, p)
                     expected += then - x[CURRENT]
                     slope += share - 1.0
+                    by_voltage = (share - 1.0) / p[RESISTANCE]
+                    by_omega = p[BACK_EMF] * by_voltage
+                    noise += ((1.0 - share) / p[RESISTANCE]) ** 2 * (s[NOISE_VOLTAGE] + unsure[k]) / s[SCALE + m]
                 moves_by = current_rate(x, voltage[k], p)
-                noise = s[NOISE_CURRENT]
             elif m == 1:
                 moves_by = x[OMEGA]
                 noise = s[NOISE_MOTOR] + _rounding(s)[1]
@@ -378,10 +389,14 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             error = measured - expected
             for i in range(SIZE):
                 work[15, i] = slope * cov[i, at]
-                if m == 1:
+                if m == 0:
+                    work[15, i] += by_omega * cov[i, OMEGA] + by_voltage * cov[i, VOLTAGE]
+                elif m == 1:
                     work[15, i] += cov[i, ROUNDING]
             total = slope * work[15, at] + noise
-            if m == 1:
+            if m == 0:
+                total += by_omega * work[15, OMEGA] + by_voltage * work[15, VOLTAGE]
+            elif m == 1:
                 total += work[15, ROUNDING]
             root = 1.0 / math.sqrt(total)
             size = abs(error) * root

@@ -16,9 +16,9 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
-from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE, parts_of
+from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE, arrival, parts_of
 from etb_hil.estimation.motion import spring
-from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA
+from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA, VOLTAGE
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -195,9 +195,13 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     added, one = np.zeros((_BLOCK, forces.ADDED, ne)), np.zeros((_BLOCK, forces.ADDED))
     without, out = np.zeros((_BLOCK, forces.ADDED)), np.zeros(forces.ADDED)
     lacks = np.zeros((PARAMETERS, FORCES + 1))
-    last, begin, until_k = len(dt) - 1, 0, 0
+    last, begin, until_k, late = len(dt) - 1, 0, 0, forces.lateness(p)
     for k in range(len(dt)):
         x = states[k]
+        by_voltage = 0.0
+        if late != 0.0:
+            later = arrival(late, dt[k]) * dt[k] - late
+            by_voltage = (math.exp(-p[RESISTANCE] * later / p[INDUCTANCE]) - 1.0) / p[RESISTANCE]
         if since[k] > 0.0:
             s[:] = 0.0
             for j in range(ne):
@@ -218,14 +222,14 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     one[:, -1 - effects[j]] = 1.0
                 else:
                     forces.along(
-                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, memories[j], moved[j], out,
-                        one,
+                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, late, memories[j],
+                        moved[j], out, one,
                     )  # fmt: skip
                 if kinds[j]:
                     if j == 0 or effects[j] != effects[j - 1]:
                         forces.along(
-                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, plain[j], p, out,
-                            without,
+                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, late, plain[j], p,
+                            out, without,
                         )  # fmt: skip
                     one -= without
                 for b in range(until_k - k):
@@ -239,7 +243,9 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             at, slope = (CURRENT if m == 0 else THETA), slopes[k, m]
             for j in range(c):
                 z[j] = slope * s[at, j]
-                if m == 1:
+                if m == 0:
+                    z[j] += by_voltage * (p[BACK_EMF] * s[OMEGA, j] + s[VOLTAGE, j])
+                elif m == 1:
                     z[j] += s[ROUNDING, j]
             for j in range(ne):
                 z[nb + j] += added[k - begin, forces.AT_CURRENT + m, j]
