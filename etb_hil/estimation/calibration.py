@@ -225,7 +225,7 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     """
     fit = climbed(record, fit, aim=aim)
     if max(fit.disturbance.noise[:-1]) > math.exp(_NOISE):
-        start = begun(record, fit.parameters, fit.unknowns, _first(fit.parameters))
+        start = begun(record, fit.parameters, fit.unknowns, first_disturbance(fit.parameters))
         fit = max(fit, climbed(record, start, aim=max(aim, fit.posterior)), key=lambda one: one.posterior)
     while (lower := _lower(fit)) != fit.disturbance:
         start = begun(record, fit.parameters, fit.unknowns, lower)
@@ -328,13 +328,13 @@ def _least(fit: Fitted) -> tuple[float, float]:
 
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
     """Return the fit of base parameters, from as far off as their tolerances allow."""
-    first = _first(parameters)
+    first = first_disturbance(parameters)
     p = _at_stops(record, parameters, unknowns, first)
     placed = record.placed(p)
     return settled(placed, begun(placed, p, unknowns, first))
 
 
-def _first(parameters: Float64) -> Disturbance:
+def first_disturbance(parameters: Float64) -> Disturbance:
     """Return disturbances and noise at the start of a fit."""
     return Disturbance(_FIRST[0] * float(parameters[COULOMB]), _FIRST[1])
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, begun, calibrated, climbed, settled
-from etb_hil.estimation.filtering import filtered
+from etb_hil.estimation.calibration import Fitted, begun, calibrated, climbed, first_disturbance, settled
+from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import Candidate, as_seen, candidates, unknowns_of
@@ -278,7 +278,7 @@ def stepped(
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
-    starts = [_at_stops(record, before, start) for start in ranked(record, before, known, sets)]
+    starts = [_from_elsewhere(record, before, start, effects) for start in ranked(record, before, known, sets)]
     starts = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
     if share < NEEDED:
         # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
@@ -301,7 +301,7 @@ def _fitted_from(
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
         p = _beginning(record, before, start)
         unknowns = unknowns_with(record, before, start.ids, p, effects)
-        begin = begun(record, p, unknowns, before.disturbance)
+        begin = begun(record, p, unknowns, _likelier_disturbance(record, before, p))
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
     found: list[Hypothesis] = []
     for ids_, begin in _hopeful(before, tried):
@@ -327,25 +327,32 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
     return Step(before, left, (best, *(one for one in found if one is not best)), share, bool(material))
 
 
-def _at_stops(record: Record, before: Fitted, start: Start) -> Start:
-    """Return a start of a fit; of a stop where the motion ends, if that is likelier.
-
-    No slope leads there, and how far the plate went into the stop is unknown.
-    """
-    angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
-    ends = {PARAMETER + "stop_low": (STOP_LOW, np.nanmin(angle), 1.0)}
-    ends[PARAMETER + "stop_high"] = (STOP_HIGH, np.nanmax(angle), -1.0)
-    if len(start.ids) > 1 or start.ids[0] not in ends:
-        return start
-    place, end, inwards = ends[start.ids[0]]
+def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
+    """Return a start of a fit, or a likelier one to which no slope leads."""
     best = start
-    for way in GIVES_WAY:
-        p = before.parameters.copy()
-        p[place] = end + inwards * way
+    for place, value in _elsewhere_of(record, start.ids, effects):
+        p = start.origin.copy()
+        p[place] = value
         gains = filtered(record, p, before.disturbance).log_likelihood - before.filtered.log_likelihood
         if gains > best.evidence:
-            best = Start(start.ids, before.parameters, p, gains)
+            best = Start(start.ids, start.origin, p, gains)
     return best
+
+
+def _elsewhere_of(record: Record, ids: tuple[str, ...], effects: Mapping[str, Effect]) -> Iterator[tuple[int, float]]:
+    """Return places of a hypothesis in the vector, and values there to which no slope leads.
+
+    A stop is where the motion ends, and how far the plate went into it is unknown.
+    """
+    angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
+    for id_ in ids:
+        if id_ == PARAMETER + "stop_low":
+            yield from ((STOP_LOW, float(np.nanmin(angle)) + way) for way in GIVES_WAY)
+        elif id_ == PARAMETER + "stop_high":
+            yield from ((STOP_HIGH, float(np.nanmax(angle)) - way) for way in GIVES_WAY)
+        elif effect := effects.get(id_):
+            for k in effect.searched:
+                yield from ((effect.indices[k], value) for value in effect.parameters[k].elsewhere)
 
 
 def _beginning(record: Record, before: Fitted, start: Start) -> Float64:
@@ -362,6 +369,15 @@ def _beginning(record: Record, before: Fitted, start: Start) -> Float64:
     return p
 
 
+def _likelier_disturbance(record: Record, before: Fitted, parameters: Float64) -> Disturbance:
+    """Return the disturbances of the model before, or those of any fit's start.
+
+    Where something else stood for the cause, the former have little to do with it.
+    """
+    each = before.disturbance, first_disturbance(parameters)
+    return max(each, key=lambda one: filtered(record, parameters, one).log_likelihood)
+
+
 def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:
     """Return a fit, or a likelier one from starts to which no slope leads."""
     best = fit
@@ -369,7 +385,7 @@ def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) ->
         if one.effect is None or one.effect.id not in ids:
             continue
         stated = one.effect.stated[one.effect.stated_indices.index(one.place)]
-        for value in stated.elsewhere:
+        for value in () if stated.is_strength else stated.elsewhere:
             p = best.parameters.copy()
             p[one.place] = value
             if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:

@@ -86,8 +86,8 @@ class EffectParameter:
 
     `starts`: for a strength the physical steps that a search tries, for a shape the grid of its values. A strength at
     zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. `scale`: how
-    far a shape moves at a time, where a quarter of it is too far. `elsewhere`: where a fit of a finer shape has to
-    begin, too, because no slope leads there. `is_count`: in a motor it is a whole number. `is_width`: how far about
+    far a shape moves at a time, where a quarter of it is too far. `elsewhere`: where a fit has to begin, too,
+    because no slope leads there. `is_count`: in a motor it is a whole number. `is_width`: how far about
     its place the effect reaches, in rad.
     """
 
@@ -250,9 +250,17 @@ def arguments(function: Function) -> tuple[str, ...]:
     return tuple(signature(getattr(function, "py_func", function)).parameters)
 
 
-def strength(name: str, unit: str, low: float, high: float, steps: tuple[float, ...], source: str) -> EffectParameter:
-    """Return a parameter without which the effect is none."""
-    return EffectParameter(name, unit, low, high, steps, source, is_strength=True)
+def strength(
+    name: str,
+    unit: str,
+    low: float,
+    high: float,
+    steps: tuple[float, ...],
+    source: str,
+    elsewhere: tuple[float, ...] = (),
+) -> EffectParameter:
+    """Return a parameter without which the effect is none; `elsewhere` are strengths that are tried before a fit."""
+    return EffectParameter(name, unit, low, high, steps, source, is_strength=True, elsewhere=elsewhere)
 
 
 def shape(

@@ -9,6 +9,7 @@ from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
 _TICK = 50e-6  # s
+_DELAYS = (*(0.001 * k for k in range(1, 13)), *(0.002 * k for k in range(7, 15)))  # s; a current changes in some ms
 _LONGEST = 601  # ticks that a current may be late: the bound of the delay
 
 
@@ -45,7 +46,7 @@ EFFECT = Effect(
     balance=Balance.TORQUE,
     parity=Parity.NEITHER,
     parameters=(
-        strength("delay", "s", -0.002, 0.03, (0.0003,), "0.5 to 10 ms: filters, multiplexing"),
+        strength("delay", "s", -0.002, 0.03, (0.0003,), "0.5 to 10 ms: filters, multiplexing", _DELAYS),
         strength("lag", "s", -0.002, 0.03, (), "anti-alias filter"),
     ),
     looks_like="errors at every change of the current, none where it is constant",
