@@ -235,7 +235,7 @@ def sensitivities(
 
 
 def _felt(base: Sequence[Column], active: Int64) -> list[tuple[int, int]]:
-    """Return base columns by their place, and active effects whose terms depend on each."""
+    """Return base columns by number, with active effects that depend on each."""
     return [
         (j, index)
         for index in active.tolist()

@@ -188,7 +188,7 @@ READS = np.array([terms.acts_at(*READINGS, Port.PLATE_LEAD) for terms in _TERMS]
 
 
 def base_of(index: int) -> frozenset[int]:
-    """Return the base parameters that the terms of an effect depend on, by its number."""
+    """Return the base parameters that an effect's terms depend on, by its number."""
     effects = OWN[index : index + 1] or [one for one in CATALOGUE.values() if one.id not in _INDEX]
     found: set[int] = set()
     for effect in effects:

@@ -87,9 +87,10 @@ def current_rate(x: Vector, voltage: float, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def arrival(late: float, dt: float) -> int:
-    """Return how many samples of dt s later the first current from behind a sample is read.
+    """Return how many samples later the first current from behind one is read.
 
-    The current after a state follows from the state; before it, it would follow from noise that has died away.
+    The current is `late` s late, and samples are dt s long. The current after a state follows from the state; before
+    it, it would follow from noise that has died away.
     """
     return math.ceil(late / dt - 1e-6)
 

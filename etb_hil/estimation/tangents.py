@@ -86,7 +86,7 @@ def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _by_springs(theta: float, weight: float, p: Vector, out: Float64) -> None:
-    """Add what the springs lack at an angle for each unit of their parameters, times a weight."""
+    """Add a weight of what springs lack at an angle for each unit of a parameter."""
     _, slope, acts = spring(theta, p)
     away = theta - p[LIMP_HOME]
     distance, is_open = abs(away), away > 0.0
@@ -102,7 +102,7 @@ def _by_springs(theta: float, weight: float, p: Vector, out: Float64) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _by_stops(theta: float, omega: float, weight: float, p: Vector, out: Float64) -> None:
-    """Add what the stops lack for each unit of their parameters, times a weight."""
+    """Add a weight of what stops lack for each unit of a parameter."""
     torque = stop_torque(theta, omega, p)
     if torque != 0.0:
         stop = STOP_HIGH if torque > 0.0 else STOP_LOW

@@ -340,7 +340,7 @@ def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mappi
 
 
 def _elsewhere_of(record: Record, ids: tuple[str, ...], effects: Mapping[str, Effect]) -> Iterator[tuple[int, float]]:
-    """Return places of a hypothesis in the vector, and values there to which no slope leads.
+    """Return places of a hypothesis, and values there to which no slope leads.
 
     A stop is where the motion ends, and how far the plate went into it is unknown.
     """

@@ -259,7 +259,10 @@ def strength(
     source: str,
     elsewhere: tuple[float, ...] = (),
 ) -> EffectParameter:
-    """Return a parameter without which the effect is none; `elsewhere` are strengths that are tried before a fit."""
+    """Return a parameter without which the effect is none.
+
+    `elsewhere` are strengths that are tried before a fit.
+    """
     return EffectParameter(name, unit, low, high, steps, source, is_strength=True, elsewhere=elsewhere)
 
 
