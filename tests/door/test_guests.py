@@ -8,13 +8,14 @@ import pytest
 from guests import spread
 
 
-def files(folder, count, tests=2):
-    return [SimpleNamespace(path=Path(folder, f"test_{k}.py")) for k in range(count) for _ in range(tests)]
+def files(folder, count, tests=2, **module):
+    made = [Path(folder, f"test_{k}.py") for k in range(count)]
+    return [SimpleNamespace(path=path, module=SimpleNamespace(**module)) for path in made for _ in range(tests)]
 
 
 @pytest.mark.parametrize("others", [9, 20, 300])
 def test_files_that_need_a_guest_stand_apart_and_all_others_as_they_were(others):
-    guests, rest = files("tests/vcan", 4), files("tests/bench", others)
+    guests, rest = files("tests/vcan", 4, vcan_machine=None), files("tests/bench", others)
     items = [*rest, *guests]
     spread(items)
     assert [item for item in items if item in rest] == rest
