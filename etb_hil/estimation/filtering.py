@@ -75,6 +75,7 @@ class Filtered:
     responses: Float64
     ahead: Float64
     noises: Float64
+    levels: Float64
 
     @property
     def needed(self) -> tuple[float, float]:
@@ -166,16 +167,19 @@ def _run(
     slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, SIZE))
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
     covariances, ahead, noises = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE)), np.empty((kept, 3, 2))
+    levels = np.empty(kept)
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
         record.added(forces.LEVEL, p), _read(record, p), record.lasts, p, active, settings, is_kept, states, whitened,
-        roots, slopes, gains, moves, responses, covariances, ahead, noises, spreads, totals,
+        roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads,
+        totals,
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]),
         math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises,
+        levels,
     )  # fmt: skip
     return found, covariances, spreads
 
@@ -219,7 +223,8 @@ def sensitivities(
     rows = np.zeros((len(record) if is_kept else 0, 3, count))
     normal_matrix(
         record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters,
-        at.states, at.ahead, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(),
+        at.states, at.ahead, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, at.levels,
+        places.copy(),
         tied.copy(), effects,
         away, np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,

@@ -311,6 +311,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     covariances: Float64,
     ahead: Float64,
     noises: Float64,
+    levels: Vector,
     spreads: Float64,
     totals: Vector,
 ) -> None:
@@ -325,7 +326,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     innovations in their standard deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both
     are lowered where an innovation is large. With `is_kept` also `slopes` (n, 3): of the readings by their state,
     `gains` (n, 3, `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and
-    `ahead` (n, `SIZE`), the next sample's state as predicted, and `noises` (n, 3, 2): variances of the readings' noise,
+    `ahead` (n, `SIZE`), the next sample's state as predicted, `levels` (n): share added to friction on the way there by
+    effects, too, and `noises` (n, 3, 2): variances of the readings' noise,
     all of it and what the clock's jitter adds. `covariances` (n or 0, `SIZE`, `SIZE`): after the
     readings; `spreads`, of the same length: the next sample's as predicted.
     """
@@ -448,6 +450,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             spreads[k] = cov
         is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)
         if is_kept:
+            levels[k] = acting[LEVEL]
             for i in range(SIZE):
                 ahead[k, i] = x[i]
                 for j in range(SIZE):

@@ -18,7 +18,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
 from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE, arrival, parts_of
 from etb_hil.estimation.motion import spring
-from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA, VOLTAGE
+from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, LEVEL, OMEGA, STATES, THETA, VOLTAGE
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -133,8 +133,8 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64)
     peak = gauss(ratio)
     falls = (p[STICTION] - p[COULOMB]) * peak
     level = p[COULOMB] + falls
-    out[COULOMB, 1], out[STICTION, 1] = (1.0 - peak) / level, peak / level
-    out[STRIBECK_VELOCITY, 1] = 2.0 * falls * ratio * ratio / p[STRIBECK_VELOCITY] / level
+    out[COULOMB, LEVEL], out[STICTION, LEVEL] = (1.0 - peak) / level, peak / level
+    out[STRIBECK_VELOCITY, LEVEL] = 2.0 * falls * ratio * ratio / p[STRIBECK_VELOCITY] / level
     out[VISCOUS, 0], out[INERTIA, 0] = omega, (ahead[OMEGA] - x[OMEGA]) / dt
     bends = ahead[BRISTLE] - x[BRISTLE]
     out[BRISTLE_DAMPING, 0] = bends / p[BRISTLE_STIFFNESS] / dt
@@ -162,6 +162,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     gains: Float64,
     moves: Float64,
     responses: Float64,
+    levels: Vector,
     base: Int64,
     tied: Int64,
     effects: Int64,
@@ -179,7 +180,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Their product with the innovations (c) is added up, too.
 
-    Along a filtered record (`since` to `responses`: see `kalman.run`). Base columns: `base` (b) are places of
+    Along a filtered record (`since` to `levels`: see `kalman.run`). Base columns: `base` (b) are places of
     parameters, `tied` (b) those of what moves along in proportion, -1 for none. Behind them effect columns (e):
     `effects` their indices, `moved` (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 where it is there
     without being moved; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none. `until`
@@ -264,6 +265,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             break
         if nb > 0:
             _by_parameters(x, predicted[k], dt[k], p, lacks)
+            lacks[:, LEVEL] *= 1.0 + levels[k]  # effects add a share of it
         for j in range(nb):
             for m in range(FORCES):
                 push[m, j] = lacks[base[j], m]

@@ -11,7 +11,16 @@ from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitiv
 from etb_hil.estimation.throttle import OMEGA
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import load_model
-from etb_hil.plant.physics import DEAD_ZONE, LIMP_HOME, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_OPEN, STOP_LOW
+from etb_hil.plant.physics import (
+    COULOMB,
+    DEAD_ZONE,
+    LIMP_HOME,
+    PRELOAD_CLOSE,
+    PRELOAD_OPEN,
+    SLOPE_OPEN,
+    STICTION,
+    STOP_LOW,
+)
 
 MODEL = load_model(find("model", "default"))
 SMALL, LARGE = Disturbance(1e-4, 1e-3), Disturbance(1e-2, 1e-1)
@@ -88,16 +97,34 @@ def loose():
 def test_springs_that_twist_a_shaft_have_the_slopes_that_differences_show(loose, name, place):
     """They move the plate behind the shaft, too, and not only the torque on the motor."""
     p, seen = loose
-    column = Column(name, 1e-3 * MODEL.tolerance(name), place)
-    found = sensitivities(seen, filtered(seen, p, SMALL, is_kept=True), [column], is_kept=True).rows[..., 0]
-    whitened = []
+    assert _error_of_slope(seen, p, Column(name, 1e-3 * MODEL.tolerance(name), place), 2) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("id_", "strengths"),
+    [
+        ("friction_position_local", {"peak": 0.12, "place": 0.7, "width": 0.2, "steepness": 2.0}),
+        ("friction_load", {"coefficient": 0.2, "exponent": 1.0, "friction_share": 0.5}),
+        ("friction_asymmetry", {"friction": 0.2, "fade": 0.04, "one_sided": 1.0}),
+    ],
+)
+@pytest.mark.parametrize(("name", "place"), [("coulomb", COULOMB), ("stiction", STICTION)])
+def test_friction_that_an_effect_takes_a_share_of_has_the_slope_that_differences_show(id_, strengths, name, place):
+    p = _with(id_, **strengths)
+    seen, _ = driven(MODEL, p, 2000)
+    assert _error_of_slope(seen, p, Column(name, 1e-3 * MODEL.tolerance(name), place), 1) < 0.2
+
+
+def _error_of_slope(seen, p, column, channel):
+    """Return the error of a sensitivity against a difference, as a share of it, in one reading."""
+    found = sensitivities(seen, filtered(seen, p, SMALL, is_kept=True), [column], is_kept=True).rows[200:, channel, 0]
+    ends = []
     for way in (-1.0, 1.0):
         moved = p.copy()
         moved[column.place] += way * column.step
-        whitened.append(filtered(seen, moved, SMALL).whitened)
-    difference = (whitened[1] - whitened[0]) / (2.0 * column.step)
-    plates = (found - difference)[200:, 2]
-    assert np.linalg.norm(plates) < 0.1 * np.linalg.norm(difference[200:, 2])
+        ends.append(filtered(seen, moved, SMALL).whitened[200:, channel])
+    difference = (ends[1] - ends[0]) / (2.0 * column.step)
+    return np.linalg.norm(found - difference) / np.linalg.norm(difference)
 
 
 def test_a_stop_that_is_met_somewhat_earlier_is_somewhat_less_likely(loose):
