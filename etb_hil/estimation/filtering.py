@@ -172,14 +172,12 @@ def _run(
     kalman.run(
         record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
         record.added(forces.LEVEL, p), _read(record, p), record.lasts, p, active, settings, is_kept, states, whitened,
-        roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads,
-        totals,
+        roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
     )  # fmt: skip
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]),
-        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises,
-        levels,
+        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises, levels,
     )  # fmt: skip
     return found, covariances, spreads
 
@@ -208,15 +206,15 @@ def sensitivities(
     """
     base = [k for k, one in enumerate(columns) if one.effect is None and one.place >= 0]
     rest = [k for k in range(len(columns)) if k not in set(base)]
-    felt = _felt([columns[k] for k in base], at.active)
-    moving = [*(columns[base[j]] for j, _ in felt), *(columns[k] for k in rest)]
+    used = _used_by([columns[k] for k in base], at.active)
+    moving = [*(columns[base[j]] for j, _ in used), *(columns[k] for k in rest)]
     width, count = len(at.parameters), len(base) + len(moving)
     places, tied = np.array([(columns[k].place, columns[k].tied) for k in base], np.int64).reshape(len(base), 2).T
     away = np.array([_moved(at.parameters, one) for one in moving]).reshape(len(moving), width)
     shapes, modulations = _shapes([one.shape for one in moving], len(record))
-    effects = np.array([*(index for _, index in felt), *(_index(columns[k]) for k in rest)], np.int64)
-    kinds = np.array([*(1 for _ in felt), *(_kind(columns[k], at) for k in rest)], np.int64)
-    numbers = [*(-1 for _ in felt), *(0 if groups is None else groups[k] for k in rest)]
+    effects = np.array([*(index for _, index in used), *(_index(columns[k]) for k in rest)], np.int64)
+    kinds = np.array([*(1 for _ in used), *(_kind(columns[k], at) for k in rest)], np.int64)
+    numbers = [*(-1 for _ in used), *(0 if groups is None else groups[k] for k in rest)]
     ends = [len(moving) if one < 0 else len(moving) - numbers[::-1].index(one) for one in numbers]
     until = np.array(ends, np.int64)
     matrix, gradient = np.zeros((count, count)), np.zeros(count)
@@ -224,14 +222,13 @@ def sensitivities(
     normal_matrix(
         record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters,
         at.states, at.ahead, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, at.levels,
-        places.copy(),
-        tied.copy(), effects,
-        away, np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,
+        places.copy(), tied.copy(), effects, away,
+        np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip
-    if felt:
+    if used:  # what a base parameter changes in the terms of effects is a part of its column
         joins = np.zeros((count, len(columns)))
-        joins[np.arange(count), [*range(len(base)), *(j for j, _ in felt), *range(len(base), len(columns))]] = 1.0
+        joins[np.arange(count), [*range(len(base)), *(j for j, _ in used), *range(len(base), len(columns))]] = 1.0
         matrix, gradient, rows = joins.T @ matrix @ joins, joins.T @ gradient, rows @ joins
     order = np.argsort([*base, *rest])
     if rest and base and max(base) > min(rest):  # else they are in order, and the rows are many
@@ -239,7 +236,7 @@ def sensitivities(
     return Normal(matrix, gradient, rows)
 
 
-def _felt(base: Sequence[Column], active: Int64) -> list[tuple[int, int]]:
+def _used_by(base: Sequence[Column], active: Int64) -> list[tuple[int, int]]:
     """Return base columns by number, with active effects that depend on each."""
     return [
         (j, index)

@@ -273,6 +273,16 @@ def _compiled(
     return njit(cache=False, error_model="numpy", forceinline=is_inline)(scope[name])
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def arrival(late: float, dt: float) -> int:
+    """Return how many samples later the first current from behind one is read.
+
+    The current is `late` s late, and samples are dt s long. The current after a state follows from the state; before
+    it, it would follow from noise that has died away.
+    """
+    return math.ceil(late / dt - 1e-6)
+
+
 def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> compose.Made:
     """Return a function that fills in what an effect adds along a motion.
 
@@ -282,7 +292,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "late": terms.at(Port.CURRENT_LATENESS), "math": math,
+        "late": terms.at(Port.CURRENT_LATENESS), "math": math, "arrival": arrival,
     }  # fmt: skip
     lines = [
         "for k in range(begin, end):",
@@ -298,7 +308,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
             lines += [
                 "    if read_late != 0.0: v = voltage[k]",
                 "    delay, lag = late((0.0, 0.0), p)",
-                "    later = math.ceil(read_late / dt[k] - 1e-6) * dt[k] - delay - lag",
+                "    later = arrival(read_late, dt[k]) * dt[k] - delay - lag",
                 "    at_rest = (v - x[5] - p[KE] * x[1]) / p[R]",
                 "    o[3] += (at_rest - x[4]) * (1.0 - math.exp(-p[R] * later / p[L]))",
             ]

@@ -86,16 +86,6 @@ def current_rate(x: Vector, voltage: float, p: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def arrival(late: float, dt: float) -> int:
-    """Return how many samples later the first current from behind one is read.
-
-    The current is `late` s late, and samples are dt s long. The current after a state follows from the state; before
-    it, it would follow from noise that has died away.
-    """
-    return math.ceil(late / dt - 1e-6)
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
 def _current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector) -> tuple[float, float]:
     """Return the current in A `later` s after a state, and its derivative.
 
@@ -356,7 +346,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             at = CURRENT if m == 0 else THETA
             roots[k, m] = whitened[k, m] = 0.0
             measured = readings[k, m]
-            arrives = arrival(late, h) if m == 0 else 0
+            arrives = forces.arrival(late, h) if m == 0 else 0
             if arrives != 0:
                 inside = 0 <= k + arrives < len(dt) and not (since[k + 1 : k + arrives + 1] > 0.0).any()
                 measured = readings[k + arrives, m] if inside else math.nan

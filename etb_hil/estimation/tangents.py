@@ -16,7 +16,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
-from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE, arrival, parts_of
+from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE, parts_of
 from etb_hil.estimation.motion import spring
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, LEVEL, OMEGA, STATES, THETA, VOLTAGE
 from etb_hil.plant.exactmath import gauss
@@ -201,7 +201,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         x = states[k]
         by_voltage = 0.0
         if late != 0.0:
-            later = arrival(late, dt[k]) * dt[k] - late
+            later = forces.arrival(late, dt[k]) * dt[k] - late
             by_voltage = (math.exp(-p[RESISTANCE] * later / p[INDUCTANCE]) - 1.0) / p[RESISTANCE]
         if since[k] > 0.0:
             s[:] = 0.0

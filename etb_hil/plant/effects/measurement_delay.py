@@ -9,7 +9,10 @@ from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
 _TICK = 50e-6  # s
-_DELAYS = (*(0.001 * k for k in range(1, 13)), *(0.002 * k for k in range(7, 15)))  # s; a current changes in some ms
+# Delays in s from which fits begin: from farther off than 1 ms they may end beside the true one
+# (`python benchmarks/explain_study.py strong FIRST COUNT --effects measurement_delay`). Above those of filters and
+# multiplexing they are farther apart, each costs a pass.
+_DELAYS = (*(0.001 * k for k in range(1, 13)), *(0.002 * k for k in range(7, 15)))
 _LONGEST = 601  # ticks that a current may be late: the bound of the delay
 
 
