@@ -163,6 +163,8 @@ def _run(
     settings[kalman.SCALE], settings[kalman.SCALE + 2] = noise.current, noise.plate
     settings[kalman.NOISE_VOLTAGE] *= noise.voltage
     settings[kalman.JITTER] *= math.sqrt(noise.jitter)
+    readings, keeps = _read(record, p)
+    settings[kalman.NOISE_CURRENT] *= (1.0 + keeps**2) / (1.0 - keeps) ** 2
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
     slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, SIZE))
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
@@ -171,22 +173,34 @@ def _run(
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
-        record.added(forces.LEVEL, p), _read(record, p), record.lasts, p, active, settings, is_kept, states, whitened,
+        record.added(forces.LEVEL, p), readings, record.lasts, p, active, settings, is_kept, states, whitened,
         roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
     )  # fmt: skip
+    # The likelihood of readings is that of what was made of them, by their units.
+    likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots[:, 0]) * math.log(1.0 - keeps)
     found = Filtered(
-        p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
+        p, active, disturbance, likelihood, int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]),
         math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises, levels,
     )  # fmt: skip
     return found, covariances, spreads
 
 
-def _read(record: Record, parameters: Float64) -> Float64:
-    """Return the readings (n, 3) without what terms add to them."""
-    if not any(term.channel in _READ for term in record.terms):
-        return record.readings
-    return record.readings - np.column_stack([record.added(channel, parameters) for channel in _READ])
+def _read(record: Record, parameters: Float64) -> tuple[Float64, float]:
+    """Return readings (n, 3) without what terms add to them, and without a lag.
+
+    Behind a lag the current is made of each reading and the one before, of which a share is kept: the second value.
+    """
+    found = record.readings
+    if any(term.channel in _READ for term in record.terms):
+        found = found - np.column_stack([record.added(channel, parameters) for channel in _READ])
+    lag = forces.lateness(parameters)[1]
+    if lag <= 0.0:
+        return found, 0.0
+    keeps = np.exp(-np.roll(record.dt, 1) / lag)
+    before = np.where(record.since > 0.0, np.nan, np.roll(found[:, 0], 1))
+    undone = (found[:, 0] - keeps * before) / (1.0 - keeps)
+    return np.column_stack([undone, found[:, 1:]]), float(np.median(keeps))
 
 
 def sensitivities(

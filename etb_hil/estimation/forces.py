@@ -55,7 +55,7 @@ _INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
 _ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
-_MOTION = "begin, end, dt, voltage, temperature, states, ahead, read_late, remembered, p, room, out"
+_MOTION = "begin, end, dt, voltage, temperature, states, ahead, read_delay, read_lag, remembered, p, room, out"
 _FINE = {
     Port.SPRINGS: "out[0] += {f}(springs, theta, p) - springs",
     Port.SPRING_TORQUE: "out[0] += {f}(0.0, theta, p)",
@@ -274,6 +274,19 @@ def _compiled(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def undelayed(lag: float, dt: float) -> tuple[float, float]:
+    """Return the share of a reading that the next one keeps behind a lag, and a delay.
+
+    Of readings r that come dt s apart, (r - share * r before) / (1 - share) is a mean of what was read since then. The
+    delay in s is that mean's age. A lag below 0 is a delay.
+    """
+    if lag <= 0.0:
+        return 0.0, lag
+    share = math.exp(-dt / lag)
+    return share, lag - dt * share / (1.0 - share)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def arrival(late: float, dt: float) -> int:
     """Return how many samples later the first current from behind one is read.
 
@@ -292,9 +305,10 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "late": terms.at(Port.CURRENT_LATENESS), "math": math, "arrival": arrival,
+        "lateness": terms.at(Port.CURRENT_LATENESS), "undelayed": undelayed, "math": math, "arrival": arrival,
     }  # fmt: skip
     lines = [
+        "before = 0.0",
         "for k in range(begin, end):",
         "    x, y, o, t = states[k], ahead[k], out[k - begin], temperature[k]",
     ]
@@ -306,11 +320,19 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
         ]
         if terms.acts_at(Port.CURRENT_LATENESS):
             lines += [
-                "    if read_late != 0.0: v = voltage[k]",
-                "    delay, lag = late((0.0, 0.0), p)",
-                "    later = arrival(read_late, dt[k]) * dt[k] - delay - lag",
-                "    at_rest = (v - x[5] - p[KE] * x[1]) / p[R]",
-                "    o[3] += (at_rest - x[4]) * (1.0 - math.exp(-p[R] * later / p[L]))",
+                "    h = dt[k]",
+                "    keeps, late = undelayed(read_lag, h)",
+                "    late += read_delay",
+                "    if late != 0.0: v = voltage[k]",
+                "    at_rest, arrives = (v - x[5] - p[KE] * x[1]) / p[R], arrival(late, h) * h",
+                "    current = at_rest + (x[4] - at_rest) * math.exp(-p[R] * (arrives - late) / p[L])",
+                "    if k == begin: before = current",
+                "    read = keeps * before + (1.0 - keeps) * current",
+                "    delay, lag = lateness((0.0, 0.0), p)",
+                "    keeps, late = undelayed(lag, h)",
+                "    o[3] += at_rest - x[4] + (x[4] - at_rest) * math.exp(-p[R] * (arrives - delay - late) / p[L])",
+                "    o[3] -= (read - keeps * before) / (1.0 - keeps) - current",
+                "    before = read",
             ]
     else:
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
@@ -338,17 +360,16 @@ add = _chosen("add", _ASKS, _adding)
 pass_time = _chosen("pass_time", _PASSED, _passing_time)
 # Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
 # the readings at their states, else in the middle of the way to the state that was predicted (`ahead`). The current was
-# read `read_late` s late.
+# read `read_delay` s late and behind a lag of `read_lag` s in the motion that was filtered.
 along = _chosen("along", _MOTION, [_along(*each) for each in zip(_TERMS, _adding, _passing_time, strict=True)])
 _starts = compose.starts(OWN, is_open=True)
 _late = compose.composed(Port.CURRENT_LATENESS, OWN)
 
 
 @njit(cache=True, error_model="numpy")
-def lateness(p: Vector) -> float:
-    """Return by how much in s a current is read late; a lag counts as delay."""
-    delay, lag = _late((0.0, 0.0), p)
-    return float(delay + lag)
+def lateness(p: Vector) -> tuple[float, float]:
+    """Return the delay and the lag in s by which a current is read late."""
+    return _late((0.0, 0.0), p)
 
 
 @njit(cache=True, error_model="numpy")

@@ -325,12 +325,13 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     f, b, work = np.zeros((SIZE, SIZE)), np.zeros((SIZE, FORCES)), np.zeros((16, SIZE + 2))
     acting, added = np.zeros(ACTING), np.zeros((4, forces.ADDED))
     memory = forces.remembered(temperature[0], p)
-    late = forces.lateness(p)
+    delay, lag = forces.lateness(p)
     begin(readings, 0, dt[0], s, p, x, cov)
     lost = 0
     totals[:] = 0.0
     for k in range(len(dt)):
         h = dt[k]
+        late = delay + forces.undelayed(lag, h)[1]
         if since[k] > 0.0 and k > 0:
             begin(readings, k, h, s, p, x, cov)
             if math.isinf(since[k]):

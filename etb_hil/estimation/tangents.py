@@ -196,10 +196,12 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     added, one = np.zeros((_BLOCK, forces.ADDED, ne)), np.zeros((_BLOCK, forces.ADDED))
     without, out = np.zeros((_BLOCK, forces.ADDED)), np.zeros(forces.ADDED)
     lacks = np.zeros((PARAMETERS, FORCES + 1))
-    last, begin, until_k, late = len(dt) - 1, 0, 0, forces.lateness(p)
+    last, begin, until_k = len(dt) - 1, 0, 0
+    delay, lag = forces.lateness(p)
     for k in range(len(dt)):
         x = states[k]
         by_voltage = 0.0
+        late = delay + forces.undelayed(lag, dt[k])[1]
         if late != 0.0:
             later = forces.arrival(late, dt[k]) * dt[k] - late
             by_voltage = (math.exp(-p[RESISTANCE] * later / p[INDUCTANCE]) - 1.0) / p[RESISTANCE]
@@ -223,14 +225,14 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     one[:, -1 - effects[j]] = 1.0
                 else:
                     forces.along(
-                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, late, memories[j],
-                        moved[j], out, one,
+                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, delay, lag,
+                        memories[j], moved[j], out, one,
                     )  # fmt: skip
                 if kinds[j]:
                     if j == 0 or effects[j] != effects[j - 1]:
                         forces.along(
-                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, late, plain[j], p,
-                            out, without,
+                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, delay, lag,
+                            plain[j], p, out, without,
                         )  # fmt: skip
                     one -= without
                 for b in range(until_k - k):

@@ -328,15 +328,22 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
 
 
 def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
-    """Return a start of a fit, or a likelier one to which no slope leads."""
-    best = start
+    """Return a start of a fit, or a likelier one to which no slope leads.
+
+    They are compared under the disturbances of any fit's start: those of a fit that lacks the cause hide what it does.
+    """
+    tried = [start.parameters]
     for place, value in _elsewhere_of(record, start.ids, effects):
-        p = start.origin.copy()
-        p[place] = value
-        gains = filtered(record, p, before.disturbance).log_likelihood - before.filtered.log_likelihood
-        if gains > best.evidence:
-            best = Start(start.ids, start.origin, p, gains)
-    return best
+        tried.append(start.origin.copy())
+        tried[-1][place] = value
+    if len(tried) == 1:
+        return start
+    p = max(tried, key=lambda one: filtered(record, one, first_disturbance(one)).log_likelihood)
+    if p is start.parameters:
+        return start
+    likeliest = filtered(record, p, _likelier_disturbance(record, before, p)).log_likelihood
+    gains = likeliest - before.filtered.log_likelihood
+    return Start(start.ids, start.origin, p, max(start.evidence, gains))
 
 
 def _elsewhere_of(record: Record, ids: tuple[str, ...], effects: Mapping[str, Effect]) -> Iterator[tuple[int, float]]:
@@ -351,7 +358,7 @@ def _elsewhere_of(record: Record, ids: tuple[str, ...], effects: Mapping[str, Ef
         elif id_ == PARAMETER + "stop_high":
             yield from ((STOP_HIGH, float(np.nanmax(angle)) - way) for way in GIVES_WAY)
         elif effect := effects.get(id_):
-            for k in effect.searched:
+            for k in effect.strengths:
                 yield from ((effect.indices[k], value) for value in effect.parameters[k].elsewhere)
 
 

@@ -63,6 +63,19 @@ def test_a_current_that_comes_late_is_one_of_an_earlier_sample(late):
     assert true > filtered(seen, MODEL.vector(), LARGE).log_likelihood + 1000.0
 
 
+@pytest.mark.parametrize("rate", [1000, 2000])
+@pytest.mark.parametrize(("delay", "lag"), [(0.0, 1e-3), (0.0, 2.2e-3), (1.3e-3, 6e-3)])
+def test_behind_a_lag_a_current_has_its_noise_and_no_other_lag_is_as_likely(rate, delay, lag):
+    p = _with("measurement_delay", delay=delay, lag=lag)
+    seen, _ = driven(MODEL, p, rate)
+    others = [_with("measurement_delay", delay=delay, lag=by * lag) for by in (0.8, 1.25)]
+    shorter, longer = (filtered(seen, other, SMALL).log_likelihood for other in others)
+    found = filtered(seen, p, SMALL)
+    assert np.std(found.whitened[:, 0]) == pytest.approx(1.0, abs=0.25)
+    assert found.log_likelihood > max(shorter, longer) + 25.0
+    assert found.log_likelihood > filtered(seen, _with("measurement_delay", delay=delay + lag), SMALL).log_likelihood
+
+
 def test_a_winding_warms_in_the_time_that_a_thinned_record_leaves_out():
     """With its heat forgotten where a part begins, the winding would be cold there."""
     p = _with("resistance_temperature", self_heating=5.0, time_constant=4.0)

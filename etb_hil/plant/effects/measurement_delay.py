@@ -13,6 +13,7 @@ _TICK = 50e-6  # s
 # (`python benchmarks/explain_study.py strong FIRST COUNT --effects measurement_delay`). Above those of filters and
 # multiplexing they are farther apart, each costs a pass.
 _DELAYS = (*(0.001 * k for k in range(1, 13)), *(0.002 * k for k in range(7, 15)))
+_LAGS = tuple(0.001 * 2.0**k for k in range(5))  # s, likewise: from half or twice of it, a fit finds a lag
 _LONGEST = 601  # ticks that a current may be late: the bound of the delay
 
 
@@ -50,7 +51,7 @@ EFFECT = Effect(
     parity=Parity.NEITHER,
     parameters=(
         strength("delay", "s", -0.002, 0.03, (0.0003,), "0.5 to 10 ms: filters, multiplexing", _DELAYS),
-        strength("lag", "s", -0.002, 0.03, (), "anti-alias filter"),
+        strength("lag", "s", -0.002, 0.03, (), "anti-alias filter", _LAGS),
     ),
     looks_like="errors at every change of the current, none where it is constant",
     check="check the time stamps and the filter of the current channel",
