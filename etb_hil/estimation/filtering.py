@@ -164,6 +164,7 @@ def _run(
     settings[kalman.NOISE_VOLTAGE] *= noise.voltage
     settings[kalman.JITTER] *= math.sqrt(noise.jitter)
     readings, keeps = _read(record, p)
+    # Without its lag, a current has the noise of two readings. That neighbours share one of them is not used.
     settings[kalman.NOISE_CURRENT] *= (1.0 + keeps**2) / (1.0 - keeps) ** 2
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
     slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, SIZE))
@@ -176,7 +177,7 @@ def _run(
         record.added(forces.LEVEL, p), readings, record.lasts, p, active, settings, is_kept, states, whitened,
         roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
     )  # fmt: skip
-    # The likelihood of readings is that of what was made of them, by their units.
+    # The density of the readings themselves, so that models with a lag and without one can be compared.
     likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots[:, 0]) * math.log(1.0 - keeps)
     found = Filtered(
         p, active, disturbance, likelihood, int(totals[kalman.RESCUED]),
@@ -189,7 +190,8 @@ def _run(
 def _read(record: Record, parameters: Float64) -> tuple[Float64, float]:
     """Return readings (n, 3) without what terms add to them, and without a lag.
 
-    Behind a lag the current is made of each reading and the one before, of which a share is kept: the second value.
+    Behind a lag a reading of the current keeps a share of the one before: the second value, 0 without a lag. With that
+    taken off, a mean current is left (`forces.without_lag`).
     """
     found = record.readings
     if any(term.channel in _READ for term in record.terms):

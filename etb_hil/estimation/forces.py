@@ -274,11 +274,11 @@ def _compiled(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def undelayed(lag: float, dt: float) -> tuple[float, float]:
+def without_lag(lag: float, dt: float) -> tuple[float, float]:
     """Return the share of a reading that the next one keeps behind a lag, and a delay.
 
-    Of readings r that come dt s apart, (r - share * r before) / (1 - share) is a mean of what was read since then. The
-    delay in s is that mean's age. A lag below 0 is a delay.
+    Of readings r that come dt s apart behind a first-order lag in s, (r - share * r before) / (1 - share) is a mean of
+    what was read since then, without the lag. The delay in s is the age of that mean. A lag below 0 is a delay.
     """
     if lag <= 0.0:
         return 0.0, lag
@@ -305,7 +305,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "lateness": terms.at(Port.CURRENT_LATENESS), "undelayed": undelayed, "math": math, "arrival": arrival,
+        "lateness": terms.at(Port.CURRENT_LATENESS), "without_lag": without_lag, "math": math, "arrival": arrival,
     }  # fmt: skip
     lines = [
         "before = 0.0",
@@ -321,7 +321,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
         if terms.acts_at(Port.CURRENT_LATENESS):
             lines += [
                 "    h = dt[k]",
-                "    keeps, late = undelayed(read_lag, h)",
+                "    keeps, late = without_lag(read_lag, h)",
                 "    late += read_delay",
                 "    if late != 0.0: v = voltage[k]",
                 "    at_rest, arrives = (v - x[5] - p[KE] * x[1]) / p[R], arrival(late, h) * h",
@@ -329,7 +329,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
                 "    if k == begin: before = current",
                 "    read = keeps * before + (1.0 - keeps) * current",
                 "    delay, lag = lateness((0.0, 0.0), p)",
-                "    keeps, late = undelayed(lag, h)",
+                "    keeps, late = without_lag(lag, h)",
                 "    o[3] += at_rest - x[4] + (x[4] - at_rest) * math.exp(-p[R] * (arrives - delay - late) / p[L])",
                 "    o[3] -= (read - keeps * before) / (1.0 - keeps) - current",
                 "    before = read",

@@ -331,7 +331,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     totals[:] = 0.0
     for k in range(len(dt)):
         h = dt[k]
-        late = delay + forces.undelayed(lag, h)[1]
+        late = delay + forces.without_lag(lag, h)[1]
         if since[k] > 0.0 and k > 0:
             begin(readings, k, h, s, p, x, cov)
             if math.isinf(since[k]):

@@ -201,7 +201,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     for k in range(len(dt)):
         x = states[k]
         by_voltage = 0.0
-        late = delay + forces.undelayed(lag, dt[k])[1]
+        late = delay + forces.without_lag(lag, dt[k])[1]
         if late != 0.0:
             later = forces.arrival(late, dt[k]) * dt[k] - late
             by_voltage = (math.exp(-p[RESISTANCE] * later / p[INDUCTANCE]) - 1.0) / p[RESISTANCE]

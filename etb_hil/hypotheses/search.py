@@ -330,7 +330,8 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
 def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
     """Return a start of a fit, or a likelier one to which no slope leads.
 
-    They are compared under the disturbances of any fit's start: those of a fit that lacks the cause hide what it does.
+    Starts are compared under the disturbances that a first fit begins with. Those of a fit that lacks the cause are
+    larger, and hide how much the starts differ.
     """
     tried = [start.parameters]
     for place, value in _elsewhere_of(record, start.ids, effects):
