@@ -12,8 +12,8 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # a command that a test starts 
 
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
-from guests import spread
 from hypothesis import HealthCheck, settings
+from order import order
 from quick import QUICK
 
 from etb_hil.results.json_file import result_from_dict
@@ -36,11 +36,11 @@ def pytest_ignore_collect(collection_path, config):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark the tests of the quick files, and part those that need a guest."""
+    """Mark the tests of the quick files, and put all files in the order in which they begin."""
     for item in items:
         if item.path in QUICK_FILES:
             item.add_marker("quick")
-    spread(items)
+    order(items, TESTS)
 
 
 @pytest.fixture(autouse=True, scope="session")
