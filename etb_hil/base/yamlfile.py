@@ -9,8 +9,9 @@ them, and they are how a small file becomes a huge one.
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -43,6 +44,7 @@ _WORDS: dict[str, object] = {
 }  # fmt: skip
 
 Path_ = tuple[str | int, ...]
+Schema = dict[str, Any]
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
@@ -204,6 +206,7 @@ def _place(path: Path, lines: dict[Path_, int], key: Path_) -> Place:
 def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error: ValidationError) -> list[Problem]:
     found = []
     details = error.errors(include_url=False)
+    schema = functools.cache(model.model_json_schema)  # once a file: it takes a tenth of a second for a scenario
     for detail in details:
         if _follows_from_others(detail["loc"], details):
             continue
@@ -211,22 +214,22 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
         if detail["type"] == "union_tag_invalid":
             key = (*key, str(detail["ctx"]["discriminator"]).strip("'"))
         place = _place(path, lines, key)
-        found.append(_key_problem(detail, model, key, place) or problem_of(detail, place))
+        found.append(_key_problem(detail, schema, key, place) or problem_of(detail, place))
     return found
 
 
-def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place: Place) -> Problem | None:
+def _key_problem(detail: ErrorDetails, schema: Callable[[], Schema], key: Path_, place: Place) -> Problem | None:
     """Return what is wrong with a key; None where it is the value."""
     value = shown(detail)
     if detail["type"] == "extra_forbidden":
-        names = _allowed_names(model, detail["loc"])
+        names = _allowed_names(schema(), detail["loc"])
         remedy = did_you_mean(str(key[-1]), names, "remove it")
         return Problem("unknown key", place, value=value, allowed=", ".join(names) or None, remedy=remedy)
     if detail["type"] == "missing":
         return Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None)
     if detail["type"] == "union_tag_not_found":
         field = str(detail["ctx"]["discriminator"]).strip("'")
-        names = _tags(model, detail["loc"], field)
+        names = _tags(schema(), detail["loc"], field)
         return Problem(f"the key '{field}' is missing", place, allowed=", ".join(names), remedy=f"add '{field}'")
     if detail["type"] == "union_tag_invalid":
         tag, names = str(detail["ctx"]["tag"]), detail["ctx"]["expected_tags"].replace("'", "").split(", ")
@@ -244,9 +247,8 @@ def _follows_from_others(location: tuple[str | int, ...], details: Sequence[Erro
     return own["type"] == "too_short" and next(inside, None) is not None
 
 
-def _tags(model: type[BaseModel], location: tuple[str | int, ...], field: str) -> list[str]:
+def _tags(schema: Schema, location: tuple[str | int, ...], field: str) -> list[str]:
     """Return what the key that tells the kinds of a union apart may say."""
-    schema = model.model_json_schema()
     definitions = schema.get("$defs", {})
     nodes = [schema]
     for part in location:
@@ -269,8 +271,7 @@ def _file_key(location: tuple[str | int, ...], lines: dict[Path_, int]) -> Path_
     return key
 
 
-def _allowed_names(model: type[BaseModel], location: tuple[str | int, ...]) -> list[str]:
-    schema = model.model_json_schema()
+def _allowed_names(schema: Schema, location: tuple[str | int, ...]) -> list[str]:
     definitions = schema.get("$defs", {})
     nodes = [schema]
     for part in location[:-1]:

@@ -177,15 +177,15 @@ def means(values):
     return values.reshape(-1, 2).sum(axis=1) / 2.0
 
 @njit(cache=False)
-def ordered(values):
-    return np.sort(means(values))[0]
+def second(values):
+    return means(values)[1]
 
 print(means(np.array([4.0, 2.0, 1.0, 3.0])), "numba.np.arraymath" in sys.modules)
 try:
     means(np.ones(3))
 except ValueError as error:
     print(error)
-print(ordered(np.array([4.0, 2.0, 1.0, 3.0])))
+print(second(np.array([4.0, 2.0, 1.0, 3.0])))
 """
 
 
