@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from synthetic import MODEL, RATE, measurement
 
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
@@ -34,3 +36,12 @@ def cogging_recording():
     found = Recording("synthetic", ClockGrade.TABLE)
     found.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
     return found
+
+
+@pytest.fixture(scope="session")
+def cogging_findings():
+    """What a search finds in a record of a unit with cogging."""
+    p = MODEL.vector()
+    p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
+    p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
+    return search(MODEL, [Balances(measurement(p, seed=5), MODEL)])

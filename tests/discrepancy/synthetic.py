@@ -37,7 +37,7 @@ def textbook(seconds=12.0):
     """Angle (n) in rad of a slow sweep at one speed, 12 to 75 deg, up and down."""
     t = np.arange(round(seconds * RATE)) / RATE
     low, high = np.radians([12.0, 75.0])
-    return np.interp(t, [0.0, 0.5, 6.0, 11.5, seconds], [low, low, high, low, low])
+    return np.interp(t * 12.0 / seconds, [0.0, 0.5, 6.0, 11.5, 12.0], [low, low, high, low, low])
 
 
 def measurement(p, seed, angle=None, degrees=(20.0, 70.0)):

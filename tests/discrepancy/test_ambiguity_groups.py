@@ -82,7 +82,7 @@ def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
     assert {found.winner.id, *found.ambiguity_group} == {"parameter:motor_inertia", "current_sensor_gain"}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "effect", "unmodelled"),
     [
@@ -91,7 +91,6 @@ def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
             "parameter:bristle_stiffness",
             {"current_sensor_gain"},
             id="a gain that is the number that was found, and the base",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             175105,

@@ -95,9 +95,9 @@ def test_without_a_sensor_effects_say_what_is_missing(healthy, missing, effect, 
 
 
 def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
-    findings = search(MODEL, [Balances(measurement(MODEL.vector(), 5, textbook()), MODEL)])
+    findings = search(MODEL, [Balances(measurement(MODEL.vector(), 5, textbook(6.0)), MODEL)])
     limits = plain(detection_limits(findings, LEAST_GAIN))
-    went = "11.4 to 73.3 deg"
+    went = "11.4 to 73.2 deg"
     of_place = {id_ for id_, effect in CATALOGUE.items() if effect.is_of_place}
     assert {"friction_position_local", "friction_position_periodic", "limp_home_dead_zone"} < of_place
     seen = {id_ for id_ in of_place if limits[id_]["limit"] is not None}

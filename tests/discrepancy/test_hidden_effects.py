@@ -12,16 +12,16 @@ def test_nothing_hidden_is_never_named(seed):
     assert scored.outcome in ("right", "unexplained"), sample
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.study) for seed in (5004, 5006, 5014)), 5025])
+@pytest.mark.study
+@pytest.mark.parametrize("seed", [5004, 5006, 5014, 5025])
 def test_a_strong_effect_is_the_first_candidate(seed):
     scored, sample = one_case("strong", seed)
     assert scored.best_in_class, sample
     assert scored.outcome != "wrong_class", sample
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [5010, pytest.param(60752, marks=pytest.mark.study)])
+@pytest.mark.study
+@pytest.mark.parametrize("seed", [5010, 60752])
 def test_without_its_own_term_an_effect_gets_no_other_name(seed):
     scored, sample = one_case("removed", seed)
     assert scored.outcome != "wrong_confident", sample

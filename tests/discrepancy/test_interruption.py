@@ -7,10 +7,28 @@ from synthetic import MODEL
 from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import explain, write
+from etb_hil.discrepancy.search.stepwise import search
 
 
 def _interrupts(*_, **__):
     raise KeyboardInterrupt
+
+
+@pytest.fixture(scope="module")
+def searched():
+    return []
+
+
+@pytest.fixture
+def one_search(monkeypatch, searched):
+    """Search once for all tests that interrupt a later stage of the same explanation."""
+
+    def first(*arguments, **options):
+        if not searched:
+            searched.append(search(*arguments, **options))
+        return searched[0]
+
+    monkeypatch.setattr("etb_hil.discrepancy.explain.search", first)
 
 
 def _interrupted_at(cogging_recording, word):
@@ -41,6 +59,7 @@ def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_rec
     assert "interrupted while looking for a cause" in write_explanation(found, None, tmp_path).read_text("utf-8")
 
 
+@pytest.mark.usefixtures("one_search")
 def test_after_the_search_the_causes_are_kept(cogging_recording):
     answer = _interrupted_at(cogging_recording, "running the models freely")
     assert plain(answer)["verdict"] in ("explained", "ambiguous")
@@ -49,6 +68,7 @@ def test_after_the_search_the_causes_are_kept(cogging_recording):
     assert plain(answer)["interrupted"] == "running the models freely"
 
 
+@pytest.mark.usefixtures("one_search")
 @pytest.mark.parametrize(
     "moment",
     [
@@ -99,6 +119,7 @@ def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogg
     assert "Done: reading the data, calibrating; not done: looking for causes" in page
 
 
+@pytest.mark.usefixtures("one_search")
 def test_an_interrupt_while_the_answer_is_put_together_does_not_lose_it(cogging_recording):
     answer = _interrupted_at(cogging_recording, "putting the answer together")
     assert [cause["id"] for cause in plain(answer)["causes"]] == ["cogging_torque"]

@@ -103,12 +103,9 @@ def test_the_report_says_what_was_measured(known, tmp_path):
     assert "Measured at the bench, and so no candidate: winding resistance" in page
 
 
-@pytest.fixture(scope="module")
-def open_class():
-    p = MODEL.vector()
-    p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
-    p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
-    found = search(MODEL, [Balances(measurement(p, seed=5), MODEL)])
+@pytest.fixture
+def open_class(cogging_findings):
+    found = cogging_findings
     first = replace(found.accepted[0], ambiguity_group=["parameter:coulomb"])
     return replace(found, selection_steps=[first, *found.selection_steps[1:]], verdict="ambiguous")
 

@@ -129,7 +129,7 @@ def test_a_drive_is_given_what_its_samples_say():
 
 @pytest.mark.slow
 def test_a_healthy_unit_is_not_rejected_of_commands_that_no_sample_has():
-    hidden = hidden_case(214302, rate=500)
+    hidden = hidden_case(214302, rate=500, seconds=15.0)
     found = plain(explain([hidden.recording], hidden.model))
     assert found["verdict"] == "insufficient_data"
     assert found["causes"] == []
@@ -139,7 +139,7 @@ def test_a_healthy_unit_is_not_rejected_of_commands_that_no_sample_has():
 
 @pytest.mark.slow
 def test_an_interrupt_rejects_nobody_of_such_commands_either():
-    hidden = hidden_case(214302, rate=500)
+    hidden = hidden_case(214302, rate=500, seconds=15.0)
 
     def progress(what):
         if what.startswith("looking for a cause"):

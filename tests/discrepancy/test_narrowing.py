@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import pytest
 from answers import plain, write_explanation
-from synthetic import MODEL, measurement
+from synthetic import MODEL
 
 from etb_hil.base.stock import find
 from etb_hil.discrepancy.explain import explain
-from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
-from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.scenario.planning import plan_of
 from etb_hil.scenario.scenario_file import load_scenario
@@ -19,12 +17,9 @@ from etb_hil.scenario.scenario_file import load_scenario
 OTHERS = ["torque_ripple", "friction_position_periodic"]
 
 
-@pytest.fixture(scope="module")
-def found():
-    p = MODEL.vector()
-    p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
-    p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
-    return search(MODEL, [Balances(measurement(p, seed=5), MODEL)])
+@pytest.fixture
+def found(cogging_findings):
+    return cogging_findings
 
 
 def with_class(found, ambiguity_group, verdict="ambiguous", **changed):
