@@ -21,12 +21,12 @@ def _cosine(a, b):
     "name",
     [
         "friction_load",
-        "stiction_dwell",
-        "torque_ripple",
+        pytest.param("stiction_dwell", marks=pytest.mark.study),
+        pytest.param("torque_ripple", marks=pytest.mark.study),
         "magnet_temperature",
         "supply_sag",
         "gear_backlash",
-        "shaft_compliance",
+        pytest.param("shaft_compliance", marks=pytest.mark.study),
     ],
 )
 def test_replayed_sensitivities_agree_with_whole_simulations(name):
@@ -54,6 +54,7 @@ def test_a_shift_of_the_preload_is_its_parameter():
     assert "preload_open" in verdict.parameters
 
 
+@pytest.mark.study
 def test_a_wrong_preload_looks_like_its_shift():
     (verdict,) = separability(make_case(34, ("parameter:preload_open",), "strong", seconds=20.0))
     assert "spring_preload_shift" in verdict.look_alikes
@@ -75,6 +76,7 @@ def test_in_a_textbook_sweep_base_parameters_imitate_more_than_in_a_rich_excitat
     assert kept[0] < kept[1]
 
 
+@pytest.mark.study
 def test_a_wrong_torque_constant_looks_like_a_battery_that_is_low_by_itself():
     (verdict,) = separability(make_case(300, ("parameter:motor_constant",), "strong"))
     assert "supply_sag" in verdict.look_alikes
