@@ -33,6 +33,7 @@ from etb_hil.controller.laws.choice import law_gains
 from etb_hil.controller.laws.registry import LAWS
 from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.observer.estimate import SensorNoise
+from etb_hil.observer.guarded import fault_of
 from etb_hil.observer.registry import observer_kind
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.model_file import EffectEntry
@@ -113,6 +114,7 @@ def check_observer(kind: ObserverKind) -> None:
             observer, seen = make(model, model.values, SensorNoise.of_bench(model)), current.copy()
             seen[bad] = np.nan
             parts = [observer.push(time_ns[a:b], seen[a:b], angle[a:b]) for a, b in itertools.pairwise(edges)]
+            assert (fault := fault_of(observer)) is None, str(fault)
             return {name: np.concatenate([getattr(p, name) for p in parts]) for name in ("velocity", "friction")}
 
         count = len(time_ns)

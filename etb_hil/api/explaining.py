@@ -5,7 +5,8 @@ The causes, the model extended by them, and the gain.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -176,7 +177,7 @@ def explain(
     known = as_model(model_of(session) if model is None else model)
     allowed = as_limits(limits_of(session) if limits is None else limits)
     # The search has threads of its own; those of BLAS, which wait for each other busily, cost three times its time.
-    with threadpool_limits(1, "blas"):
+    with threadpool_limits(1, "blas"), _naming_plugins():
         answer = search(
             given,
             known,
@@ -188,6 +189,23 @@ def explain(
             is_same_unit=is_same_unit,
         )
     return Explanation(answer)
+
+
+@contextmanager
+def _naming_plugins() -> Iterator[None]:
+    """Turn a failure of the search's arithmetic into an InputError where effects of plug-ins took part in it."""
+    from etb_hil.base.plugins import first_line, parts
+
+    try:
+        yield
+    except InputError:
+        raise
+    except (ArithmeticError, ValueError) as error:
+        found = parts("effects")
+        if not found:
+            raise
+        what = f"the search failed with it: {first_line(error)}"
+        raise InputError(*(problem for part in found for problem in part.refused(what).problems)) from error
 
 
 def model_of(session: Path | None) -> Path:

@@ -90,8 +90,21 @@ class InputError(EtbHilError, ValueError):
 
 
 class BenchFault(EtbHilError, RuntimeError):
-    """The bench, its bus or its controller failed: never the unit's fault."""
+    """The bench, its bus or its controller failed: never the unit's fault.
+
+    `reason_id` is what a run that it ends has as its reason.
+    """
+
+    reason_id = "bus_fault"
 
 
 class RecordingFault(BenchFault):
     """What is measured can no longer be written: the disk is full, or gone."""
+
+    reason_id = "not_recorded"
+
+
+class PartFault(BenchFault):
+    """A law, an effect, an observer or another part failed after a run had begun."""
+
+    reason_id = "part_failed"

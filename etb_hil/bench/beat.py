@@ -179,8 +179,8 @@ class Beat:
         return times_ns - measured_ns
 
     def _end(self, now_ns: int) -> None:
-        """Check the raw log and the talk with the unit, and show the run."""
-        self._tap.check_recording()
+        """Check the raw log, the observer and the talk with the unit, and show the run."""
+        self._tap.check()
         if self._tap.talk is not None:
             self._tap.talk.check()
         if now_ns >= self._show_due_ns:

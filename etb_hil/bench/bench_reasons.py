@@ -61,6 +61,11 @@ BENCH_REASONS = {
         "The run ended: it took longer than its time-out.",
         "Find out what it waited for, or give it more time; then repeat.",
     ),
+    "part_failed": Wording(
+        "The bench stopped the run: a plug-in, or a value from a file, failed.",
+        "Have an engineer correct what is named, then repeat.",
+        True,
+    ),
     "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
     "duration_limit": Wording(
         "The bench stopped the run: it took longer than the bench allows.",

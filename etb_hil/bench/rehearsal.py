@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, PartFault, Problem
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.plugins import has_plugins, when_changed
 from etb_hil.base.remembered import is_remembered, remember
@@ -179,6 +179,8 @@ def _rehearse(
     if record.outcome is BenchOutcome.ABORTED:
         # as without a dry run: nothing has moved yet
         raise KeyboardInterrupt("the time-out has passed" if record.reason_id == "time_out" else "")
+    if record.reason_id == PartFault.reason_id:
+        raise InputError(record.reason)
     step = steps[max(len(record.phases) - 1, 0)]
     raise InputError(
         Problem(

@@ -32,6 +32,9 @@ def results_of(
     session: Session, bench: Bench, limits: Limits, record: RunRecord, analysis: Analysis, found: DiagnosisResult
 ) -> RunResult:
     """Return the result of a run; times in seconds since it began."""
+    if analysis.fault is not None and record.outcome is BenchOutcome.OK:  # after the last look at it, or in a log
+        fault = analysis.fault
+        record = replace(record, outcome=BenchOutcome.FAULT, reason_id=fault.reason_id, reason=str(fault))
     results = _without_words(session, bench, limits, record, analysis, found)
     unit, its_bench = results.unit, results.bench
     if record.outcome is BenchOutcome.OK:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 
 from etb_hil.base.clock import Clock
-from etb_hil.base.errors import BenchFault, RecordingFault
+from etb_hil.base.errors import BenchFault, InputError, PartFault, RecordingFault
 from etb_hil.base.outcome import BenchOutcome, SafeState
 from etb_hil.bench.beat import Beat, RunStopped, StopInOrder
 from etb_hil.bench.bench_file import Bench
@@ -97,10 +97,10 @@ class Runner:
                 self._run_steps()
             except RunStopped as stop:
                 record.outcome, record.reason_id, record.reason = stop.outcome, stop.reason_id, stop.reason
-            except RecordingFault as fault:
-                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "not_recorded", str(fault)
             except BenchFault as fault:
-                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "bus_fault", str(fault)
+                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, fault.reason_id, str(fault)
+            except InputError as error:  # from here on something moves: it is no matter of usage any more
+                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, PartFault.reason_id, str(error)
             except Exception:  # whoever called is told; here it is only the cause of the safe stop
                 record.reason_id = "bench_failed"
                 raise
@@ -152,10 +152,11 @@ class Runner:
             if record.outcome is BenchOutcome.OK or record.reason_id in TELLING:
                 self._beat.next_ns = self._clock.now_ns()  # the safe stop kept a time of its own
                 talk.after(lambda: self._beat(OFF, is_waking=True))
-        except (RunStopped, StopInOrder, BenchFault) as stop:
+        except (RunStopped, StopInOrder, BenchFault, InputError) as stop:
             if record.outcome is BenchOutcome.OK:
                 record.outcome = BenchOutcome.FAULT
-                record.reason_id, record.reason = getattr(stop, "reason_id", "bus_fault"), str(stop)
+                unnamed = PartFault.reason_id if isinstance(stop, InputError) else BenchFault.reason_id
+                record.reason_id, record.reason = getattr(stop, "reason_id", unnamed), str(stop)
         record.diagnostics = talk.found
         self._tap.events.add(self._clock.now_ns(), "unit_diagnostics", **asdict(talk.found))
 

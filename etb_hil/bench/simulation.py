@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, PartFault, Problem
 from etb_hil.bench.supply_guard import SupplyGuard
 from etb_hil.controller.machine import Machine, Output
 from etb_hil.controller.state import COMMAND, EVENT_WIDTH, REQUEST, TICK_NS
@@ -65,7 +65,8 @@ class Simulation:
     def run(self, steps: Sequence[Step]) -> tuple[Int64, dict[str, Float64]]:
         """Run the steps; return the samples' times (n) in ns and columns (n) by role.
 
-        InputError where a phase waits for what never comes, the supply ends the run, or it is too long for a table.
+        InputError where a phase waits for what never comes, the supply ends the run, it is too long for a table, or a
+        law or an effect fails.
         """
         certain = (step.phase for step in steps if step.phase.until is None and not isinstance(step.phase, PromptPhase))
         total = 0.0
@@ -117,7 +118,11 @@ class Simulation:
         stamps = np.full(len(events), self._now_ns, np.int64)
         self._now_ns += self._tick_ns
         self._refuse_longer(self._now_ns * 1e-9)
-        _, outputs = self._machine.run(self._now_ns, stamps, np.array(events, float).reshape(-1, EVENT_WIDTH))
+        try:
+            _, outputs = self._machine.run(self._now_ns, stamps, np.array(events, float).reshape(-1, EVENT_WIDTH))
+            self._machine.check()
+        except PartFault as fault:  # there is no bench: the part is an input
+            raise InputError(str(fault)) from None
         blocks: list[SampleBlock] = []
         for output in outputs:
             if len(output.samples):

@@ -143,7 +143,7 @@ class Tap:
 
         This method does so whether or not the raw log could be kept.
 
-        A run that is no longer recorded still has to be seen to end safely: `check_recording` says that it is not.
+        A run that is no longer recorded still has to be seen to end safely: `check` says that it is not.
         """
         frames = self._link.receive()
         self.keep(frames)
@@ -166,13 +166,19 @@ class Tap:
 
         RecordingFault where some are lost.
         """
-        self.check_recording()
-        self._log.flush()
-
-    def check_recording(self) -> None:
-        """Raise RecordingFault where a received frame is not in the raw log."""
         if self._lost is not None:
             raise self._lost
+        self._log.flush()
+
+    def check(self) -> None:
+        """Raise RecordingFault where a received frame is not in the raw log.
+
+        PartFault where the observer failed.
+        """
+        if self._lost is not None:
+            raise self._lost
+        if (fault := self._analysis.fault) is not None:
+            raise fault
 
     def keep(self, frames: FrameBlock) -> None:
         """Write frames to the raw log until it refuses some: from then on there is none."""

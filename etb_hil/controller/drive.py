@@ -55,6 +55,7 @@ def drive_voltage(s: State, settings: Settings, nominal: Vector) -> float:
     from_law = law_torque(settings.law, settings.gain, s.law_memory, error, rate)
     if math.isfinite(error + rate) and not math.isfinite(from_law):
         s.law_failed = s.released = 1
+        s.law_refused[0], s.law_refused[1], s.law_refused[2] = error, rate, from_law
         return math.nan
     torque = feed_forward(s, nominal) + from_law
     to_volt = nominal[RESISTANCE] / nominal[TORQUE_PER_AMPERE]

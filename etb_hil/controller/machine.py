@@ -33,7 +33,8 @@ from etb_hil.controller.state import (
     record,
 )
 from etb_hil.plant.extended import new_sensed_state
-from etb_hil.plant.integrator import THETA, new_state
+from etb_hil.plant.failed_unit import failed_unit
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, new_state
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import GEAR_RATIO, SUPPLY_VOLTAGE, Vector
@@ -96,7 +97,7 @@ class Machine(Rewindable):
         self._settings = record(Settings)
         self._settings["start_ns"] = start_ns
         self._settings["has_single"], self._settings["has_burst"] = has_single, has_burst
-        self._law = law
+        self._law, self._model = law, unit
         self._settings["law"] = law_number(law)
         self._settings["gain"] = law_gains(law, known)
         stall_torque = known.torque_per_ampere * known.voltage_limit / known.resistance
@@ -211,6 +212,12 @@ class Machine(Rewindable):
         if codes & monitors.NO_RETURN:
             self._state["off_ms"] = 0
 
+    def check(self) -> None:
+        """Raise PartFault, once, where the law had no finite torque."""
+        if self._law_failed[0]:
+            self._law_failed[0] = 0
+            raise failed_law(self._law, self._state["law_refused"][0])
+
     def run(
         self,
         until_ns: int,
@@ -223,21 +230,23 @@ class Machine(Rewindable):
 
         `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; an event takes effect at the first
         control tick at or after its stamp. Each output is overwritten by the next, so a segment of more than a second
-        comes as copies. InputError where the law has no finite torque; the bridge is off then.
+        comes as copies. PartFault where the law had no finite torque in an earlier call (the bridge is off since then),
+        or where the unit's model has no finite state.
         """
+        self.check()
         end = -((self._start_ns - until_ns) // TICK_NS)
         used = 0
         outputs: list[Output] = []
         samples, statuses, switches = self._records_out
         while (tick := self.tick) < end:
+            angle = self._plant[THETA]
             slice_end = min(end, tick + _SLICE_TICKS)
             taken, sampled, stated, switched = run_ticks(
                 slice_end, self._state, self._settings, self._sheet, self._plant, self._laws, self._unit, self._nominal,
                 event_ns[used:], event[used:], samples, statuses, switches, self._burst,
             )  # fmt: skip
-            if self._law_failed[0]:
-                self._law_failed[0] = 0
-                raise failed_law(self._law)
+            if not math.isfinite(self._plant[THETA] + self._plant[OMEGA] + self._plant[CURRENT]):
+                raise failed_unit(self._model, angle)
             used += taken
             parts = samples[:sampled], statuses[:stated], switches[:switched]
             is_whole = slice_end == end and not outputs

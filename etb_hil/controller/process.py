@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TextIO
 import numpy as np
 
 from etb_hil.base.clock import Clock
-from etb_hil.base.errors import BenchFault, RecordingFault
+from etb_hil.base.errors import BenchFault, PartFault, RecordingFault
 from etb_hil.base.lateness import Lateness
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
@@ -97,7 +97,11 @@ def serve(
         inbox, gone = _received(link, fault)  # after `now_ns`: no frame stamped before it can come later
         lateness.note(max(now_ns - deadline_ns, 0))
         deadline_ns = max(deadline_ns, now_ns - (now_ns - deadline_ns) % PERIOD_NS)
-        frames = controller.run(now_ns, _plausible(inbox, seen_ns, now_ns))
+        try:
+            frames = controller.run(now_ns, _plausible(inbox, seen_ns, now_ns))
+        except PartFault as failed:
+            log.write("part_failed", controller_time_s=controller.time, stamp_ns=now_ns, reason=str(failed))
+            raise
         seen_ns = now_ns
         fault = fault or gone or _sent(link, frames)
         if fault is not None and not controller.driving:

@@ -82,6 +82,7 @@ class State:
     voltage: float  # V over the motor, NaN with the bridge open
     law_memory: Annotated[NDArray[np.float64], MEMORY]
     law_failed: int  # 1 once the law's torque is not finite
+    law_refused: Annotated[NDArray[np.float64], 3]  # its error in rad, its rate in rad/s and its torque in N·m
     over_current_ms: int
     over_duty_ms: int
     temperature: float  # degC of the housing

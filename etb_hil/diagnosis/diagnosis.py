@@ -45,6 +45,7 @@ from etb_hil.diagnosis.uneven_way import uneven_remarks, uneven_way
 from etb_hil.diagnosis.verdict import conclude
 from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.estimate import Observer, SensorNoise
+from etb_hil.observer.guarded import fault_of
 from etb_hil.observer.registry import DEFAULT, observer_kind
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model, ThrottleParameters
@@ -52,6 +53,7 @@ from etb_hil.recording.samples import Float64, SampleBlock
 from etb_hil.results.measurement import Measurement, Measurements
 
 if TYPE_CHECKING:
+    from etb_hil.base.errors import PartFault
     from etb_hil.observer.compensation import Compensation
 
 
@@ -85,6 +87,7 @@ class Diagnosis:
         self._zero = Zero(math.nan, math.nan, math.nan, None, math.nan)
         self._ticks = TickMaker()
         self._running: _Running | None = None
+        self.fault: PartFault | None = None  # of the observer, where it is a plug-in's
         self._finished: list[ExceedanceDetector] = []
         self._samples = self._lost = 0
         self._last: tuple[int, RunPhase] | None = None
@@ -128,6 +131,7 @@ class Diagnosis:
                 samples.time_ns, true_current, angle, voltage, temperature
             )
         estimate = running.observer.push(samples.time_ns, true_current, angle)
+        self.fault = self.fault or fault_of(running.observer)
         self._segments.push(
             phase,
             np.asarray((samples.time_ns - self._start_ns) * 1e-9, np.float64),

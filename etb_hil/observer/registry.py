@@ -47,7 +47,6 @@ def observer_kind(name: str) -> ObserverKind:
     kind: ObserverKind = part.value
 
     def make(model: Model, throttle: ThrottleParameters, noise: SensorNoise) -> Observer:
-        with part.guarded("making it"):
-            return GuardedObserver(part, kind.make(model, throttle, noise))
+        return GuardedObserver(part, lambda: kind.make(model, throttle, noise))
 
     return ObserverKind(kind.summary, make)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.plant.extended import advance_extended, new_sensed_state, told_current, told_motor_angle, told_plate
+from etb_hil.plant.failed_unit import failed_unit
 from etb_hil.plant.integrator import OMEGA, TICK_NS
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import PARAMETERS, Vector
@@ -50,8 +51,8 @@ def run_voltage(
     The housing's temperature is in degC, one or one at every instant (n).
 
     `time_ns` int64 (n) rises strictly; `voltage` (n) in V holds from its instant to the next one, to a tick of 50 us.
-    Raises InputError where a voltage is missing, the angle lies beyond a stop, the run is longer than an hour, or no
-    housing has such a temperature.
+    Raises InputError where a voltage is missing, the angle lies beyond a stop, the run is longer than an hour, no
+    housing has such a temperature, or the model has no finite state.
     """
     low, high = model.values.stop_low, model.values.stop_high
     if not low - PRESSED <= start_angle <= high + PRESSED:
@@ -71,6 +72,9 @@ def run_voltage(
     found = np.empty((len(voltage), 4))
     tick = np.round((time_ns - time_ns[0]) / TICK_NS).astype(np.int64)
     _run(state, p, per_kelvin, tick, voltage, degrees, found)
+    is_finite = np.isfinite(found).all(axis=1)
+    if not is_finite.all():
+        raise InputError(str(failed_unit(model, float(found[max(int(np.argmin(is_finite)) - 1, 0), 0]))))
     plate, motor, velocity, current = (found[:, k].copy() for k in range(4))
     return VoltageRun(plate, motor - start_angle * model.values.gear_ratio, velocity, current)
 

@@ -27,6 +27,7 @@ from etb_hil.session.sample_hold import SampleHold
 from etb_hil.session.verdict_policy import corruption_doubts, withheld
 
 if TYPE_CHECKING:
+    from etb_hil.base.errors import PartFault
     from etb_hil.canio.bus.budget import BusRates
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.frames import FrameBlock
@@ -174,6 +175,11 @@ class Analysis(Rewindable):
         None where none did.
         """
         return self._watches.firings
+
+    @property
+    def fault(self) -> PartFault | None:
+        """Why the observer failed, where it is a plug-in's that did."""
+        return self.diagnosis.fault or (None if self._half is None else self._half.diagnosis.fault)
 
     @property
     def frames_lost(self) -> int:

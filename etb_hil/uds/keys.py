@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
-from etb_hil.base.plugins import parts, when_changed
+from etb_hil.base.plugins import Part, parts, when_changed
 
 DEFAULT_KEY = "example"
 
@@ -41,7 +41,7 @@ def _keys() -> dict[str, SecurityKey]:
         name = part.name.replace("_", "-")  # as a file of Python cannot be named
         if name in found:
             raise part.refused(f"there is a key function {name} already")
-        found[name] = part.value
+        found[name] = _guarded(part)
     return found
 
 
@@ -56,9 +56,20 @@ def key_names() -> tuple[str, ...]:
 def key_of(name: str, seed: bytes, level: int) -> bytes:
     """Return the key that a function makes of a seed.
 
-    KeyError where there is no such function.
+    KeyError where there is no such function; InputError where that of a plug-in fails.
     """
     return _keys()[name].compute(seed, level)
+
+
+def _guarded(part: Part) -> SecurityKey:
+    def compute(seed: bytes, level: int) -> bytes:
+        with part.guarded("computing a key"):
+            key = part.value.compute(seed, level)
+            if not isinstance(key, bytes | bytearray) or not key:
+                raise TypeError(f"it returned {key!r} in place of bytes")
+            return bytes(key)
+
+    return SecurityKey(compute)
 
 
 when_changed(_keys.cache_clear)

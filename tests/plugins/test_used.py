@@ -1,6 +1,7 @@
 """Parts of plug-ins where the project uses its own: in runs, results, reports, histories and replays."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -14,9 +15,10 @@ import yaml
 import etb_hil as etb
 from etb_hil import plugins
 from etb_hil.base.errors import InputError
-from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.canio.logs.reading import read_log
+from etb_hil.cli.main import main
 from etb_hil.histories.history import histories
 from etb_hil.histories.runs import read_runs
 from etb_hil.report.junit import Reported, junit_text
@@ -240,10 +242,9 @@ def test_what_a_measurement_gets_wrong_is_said(old, new, says, part, scenario, l
 )
 def test_an_observer_that_fails_is_a_bench_fault_and_the_drive_is_off(new, says, part, tmp_path):
     _changed(part("differences"), "return FrictionEstimate(", new + "(")
-    with pytest.raises(etb.BenchFault, match=rf"differences\.py: .*{says}"):
-        etb.run("friction_check", observer="differences", folder=tmp_path)
-    (raw,) = tmp_path.glob("*/raw.blf")
-    assert sum(len(block) for block in read_log(raw)) > 0  # what was recorded is kept
+    run = etb.run("friction_check", observer="differences", folder=tmp_path)
+    _ended_by_a_part(run, rf"differences\.py: .*{says}")
+    assert run.result.bench.safe_state
 
 
 @pytest.mark.parametrize(("new", "says"), [("1 / 0", "ZeroDivisionError"), ("None", "AttributeError")])
@@ -272,18 +273,128 @@ def test_a_law_that_fails_is_refused_before_anything_moves(old, new, says, part,
 @pytest.mark.parametrize("new", ["1 / 0", "np.nan", "-np.inf", "int(memory[1:0].max())"])
 def test_a_law_that_fails_in_compiled_code_is_refused_before_anything_moves(new, part, tmp_path, capfd):
     _changed(part("soft_pd"), "return float(", f"return {new} if abs(error) > 0.01 else float(")
-    with pytest.raises(InputError, match=r"soft_pd\.py: .*it raised an exception, or its torque was not finite"):
+    with pytest.raises(InputError, match=r"soft_pd\.py: .*its torque was not finite"):
         etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
     assert not (tmp_path / "sessions").exists()
     assert "Exception ignored" not in capfd.readouterr().err
 
 
+@pytest.mark.spoilt  # its controller fails
 def test_a_law_that_fails_on_a_unit_alone_ends_the_run_with_the_drive_off(part, tmp_path):
     _changed(part("soft_pd"), "return float(", "return 1 / 0 if abs(error) > 0.03 else float(")
-    with pytest.raises(InputError, match=r"soft_pd\.py: .*it raised an exception"):
-        etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), unit="faulty", folder=tmp_path / "sessions")
-    (events,) = (tmp_path / "sessions").glob("*/events.jsonl")
-    assert '"safe_state", "state": "verified"' in events.read_text("utf-8")
+    run = etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), unit="faulty", folder=tmp_path / "sessions")
+    _ended_by_a_part(run, r"soft_pd\.py: .*its torque was not finite \(inf N·m\) at an angle error of -?1\.\d+ deg")
+    assert run.result.bench.safe_state
+    again = etb.Run.open(run.folder)
+    assert (again.code, again.result.bench.reason) == (run.code, run.result.bench.reason)
+
+
+LEANING = """\
+import math
+
+from etb_hil.plugins.effects import Balance, Effect, Need, Parity, Port, strength
+
+
+def torque(theta: float, moment: float) -> float:
+    if moment > 0.05 and theta > 1.2:
+        FAILS
+    return moment * math.sin(theta)
+
+
+EFFECT = Effect(
+    id="leaning", equation="m g l sin(theta)", balance=Balance.TORQUE, parity=Parity.EVEN,
+    parameters=(strength("moment", "N·m", -0.3, 0.3, (0.02,), "0.1 kg at 2 cm"),), looks_like="gravity",
+    check="turn it", look_alikes=("spring_nonlinear",), separated_by="turn it", source="a rigid body",
+    terms={Port.PLATE_TORQUE: torque}, needs=frozenset({Need.THROTTLE}),
+)
+"""
+
+
+@pytest.fixture(params=["return math.nan", "return -math.inf", "raise ValueError('too far')"])
+def failing_unit(request, tmp_path):
+    """Return a unit with an effect that fails beyond an angle, and only where it is strong."""
+    path = tmp_path / "leaning.py"
+    path.write_text(LEANING.replace("FAILS", request.param), "utf-8")
+    plugins.load(path)
+    stock = find("model", "default").read_text("utf-8")
+    assert "\neffects: []" in stock
+    unit = tmp_path / "unit.yaml"
+    unit.write_text(
+        stock.replace("\neffects: []", "\neffects: [{id: leaning, strengths: {moment: 0.06 N·m}}]"), "utf-8"
+    )
+    return unit
+
+
+LEANING_FAILED = r"leaning\.py: .*effect 'leaning': it raised an exception, or was not finite, with the plate near 6\d"
+
+
+@pytest.mark.spoilt  # its controller fails
+def test_an_effect_that_fails_on_a_unit_alone_ends_the_run_and_is_named(failing_unit, tmp_path, capfd):
+    _ended_by_a_part(etb.run("friction_check", unit=failing_unit, folder=tmp_path / "sessions"), LEANING_FAILED)
+    assert "Exception ignored" not in capfd.readouterr().err
+
+
+def test_a_simulation_with_an_effect_or_a_law_that_fails_is_refused(failing_unit, part, tmp_path, capfd):
+    with pytest.raises(InputError, match=LEANING_FAILED):
+        etb.simulate(failing_unit)
+    with pytest.raises(InputError, match=LEANING_FAILED):
+        etb.simulate(failing_unit, voltage=etb.simulate())
+    assert "Exception ignored" not in capfd.readouterr().err
+    with pytest.raises(InputError, match=LEANING_FAILED):  # in the dry run, too
+        etb.run("friction_check", model=failing_unit, folder=tmp_path / "sessions")
+    assert not (tmp_path / "sessions").exists()
+    _changed(part("soft_pd"), "return float(", "return 1 / 0 if abs(error) > 0.03 else float(")
+    with pytest.raises(InputError, match=r"soft_pd\.py: .*its torque was not finite"):
+        etb.simulate("faulty", law="soft-pd")
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of the arithmetic with what is not finite
+def test_an_explanation_in_which_an_effect_fails_names_it(failing_unit):
+    with pytest.raises(InputError, match=r"leaning\.py: .*the search failed with it"):
+        etb.explain(etb.simulate(), model=failing_unit)
+
+
+@pytest.mark.parametrize(
+    ("new", "says"),
+    [("1 / 0 or bytes(", "ZeroDivisionError"), ("None and bytes(", "it returned None in place of bytes")],
+)
+def test_a_key_that_fails_ends_the_run_and_is_named(new, says, part, tmp_path):
+    _changed(part("turned_key"), "return bytes(", f"return {new}")
+    bench = tmp_path / "uds.yaml"
+    bench.write_text(
+        find("bench", "virtual_uds").read_text("utf-8").replace("key: example", "key: turned-key"), "utf-8"
+    )
+    run = etb.run("friction_check", bench=bench, folder=tmp_path / "sessions")
+    _ended_by_a_part(run, rf"turned_key\.py: .*computing a key failed: .*{says}")
+    assert run.result.bench.safe_state
+
+
+@pytest.mark.spoilt  # its controller fails
+def test_the_commands_say_a_part_that_failed_with_a_true_exit_code(part, tmp_path, capsys):
+    _changed(part("soft_pd"), "return float(", "return 1 / 0 if abs(error) > 0.03 else float(")
+    bench, sessions = str(_bench(tmp_path, law="soft-pd")), tmp_path / "sessions"
+    words = ["run", "friction_check", "--bench", bench, "--unit", "faulty", "--yes", "--out", str(sessions)]
+    assert main(words) == ExitCode.BENCH_FAULT
+    said = " ".join(capsys.readouterr().out.split())
+    assert "BENCH FAULT" in said
+    assert "its torque was not finite (inf N·m) at an angle error of -1." in said
+    assert "not seen to be off" not in said
+    (session,) = sessions.glob("2*")
+    assert main(["replay", str(session)]) == ExitCode.BENCH_FAULT
+    assert "The same results as live" in capsys.readouterr().out
+    assert main(["simulate", "--unit", "faulty", "--law", "soft-pd", "--out", str(tmp_path / "a.csv")]) == 2
+    assert "soft_pd.py: the plug-in's law" in capsys.readouterr().err
+    assert not (tmp_path / "a.csv").exists()
+
+
+def _ended_by_a_part(run, says):
+    """Check that a run is a bench fault that names its part, without a verdict, and kept what was recorded."""
+    bench = run.result.bench
+    assert (run.code, bench.outcome, bench.reason_id) == (ExitCode.BENCH_FAULT, BenchOutcome.FAULT, "part_failed")
+    assert re.search(says, bench.reason), bench.reason
+    assert run.verdict is None
+    assert sum(len(block) for block in read_log(run.folder / "raw.blf")) > 0
+    assert result_from_dict(json.loads((run.folder / "results.json").read_text("utf-8"))).bench == bench
 
 
 def test_a_reader_that_fails_costs_nothing_that_came_before(part, lines):

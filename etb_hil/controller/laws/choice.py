@@ -5,13 +5,14 @@ Calls of ours are written out from the registry; a plug-in's law is called by it
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import PartFault
 from etb_hil.controller.laws.interface import GAINS
 from etb_hil.controller.laws.outside import address_of, called, compiled, gains_of
 from etb_hil.controller.laws.registry import LAWS
@@ -39,12 +40,18 @@ def law_gains(name: str, nominal: ThrottleParameters) -> Vector:
     return gains
 
 
-def failed_law(name: str) -> InputError:
-    """Return the error of a law that has no finite torque in compiled code."""
-    what = "it raised an exception, or its torque was not finite"
+def failed_law(name: str, refused: Vector) -> PartFault:
+    """Return the fault of a law that has no finite torque in compiled code.
+
+    `refused` holds its angle error (rad), its velocity error (rad/s) and its torque (N·m).
+    """
+    error, rate, torque = map(float, refused)
+    where = f"at an angle error of {math.degrees(error):.3g} deg and a velocity error of {math.degrees(rate):.3g} deg/s"
+    raised = "it raised an exception, or " if math.isnan(torque) else ""
+    what = f"{raised}its torque was not finite ({torque} N·m) {where}"
     if name in _OWN:
-        return InputError(Problem(f"the control law {name!r}: {what}"))
-    return LAWS.of_plugins()[name].refused(what)
+        return PartFault(f"the control law {name!r}: {what}")
+    return PartFault(str(LAWS.of_plugins()[name].refused(what)))
 
 
 def _written_out() -> Callable[..., Any]:

@@ -78,12 +78,19 @@ def outside(typing_context: Any, index: Any, value: Any, quantities: Any, slow: 
 
 
 def callback(made: Any, count: int, *, has_states: bool) -> Any:
-    """Return a composed function of so many quantities compiled for the table."""
+    """Return a composed function of so many quantities compiled for the table.
+
+    It returns NaN where it raises an exception, which cannot leave a function that is called by its address.
+    """
     names = [f"q{k}" for k in range(count)]
     states = ["carray(slow, SLOW)"] if has_states else []
     passed = ", ".join(["value", *names, *states, "carray(p, EXTENDED)"])
     scope: dict[str, Any] = {"made": made, "carray": carray, "SLOW": SLOW, "EXTENDED": EXTENDED}
-    source = f"def entry({', '.join(['value', *names, 'slow', 'p'])}):\n    return made({passed})\n"
+    scope["NOTHING"] = np.nan
+    source = (
+        f"def entry({', '.join(['value', *names, 'slow', 'p'])}):\n"
+        f"    try:\n        return made({passed})\n    except Exception:\n        return NOTHING\n"
+    )
     exec(source, scope)  # noqa: S102 (written here)
     pointer = types.CPointer(types.float64)
     return cfunc(types.float64(*[types.float64] * (1 + count), pointer, pointer))(scope["entry"])
