@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from cantools.database.can import Message
 
-    from etb_hil.canio.dbc.columns import MessageColumns
+    from etb_hil.canio.dbc.columns import MessageColumns, Rounded
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.mf4_writer import Mf4Log
     from etb_hil.replays.losses import Losses
@@ -38,7 +38,7 @@ _TOO_WRONG_NS = 1_000_000_000  # a stamp that comes back so wrong is none
 class Exported:
     """What an export wrote.
 
-    Frames read and left out, decoded frames by message, and what of the frames was lost.
+    Frames read and left out, decoded frames by message, signals with rounded values, and what of the frames was lost.
 
     Without `losses` the file holds signals alone: of the frames, `undecoded` have no message and `too_short` too few
     bytes for it.
@@ -49,6 +49,7 @@ class Exported:
     signals: dict[str, int] = field(default_factory=dict)
     undecoded: int = 0
     too_short: int = 0
+    rounded: dict[str, Rounded] = field(default_factory=dict)
     losses: Losses | None = None
 
     def __str__(self) -> str:
@@ -57,6 +58,11 @@ class Exported:
             parts.append(f"signals of {', '.join(f'{n} {name}' for name, n in self.signals.items())}")
         if self.too_short:
             parts.append(f"{self.too_short} too short for their message")
+        parts += [
+            f"{name} rounded to 53 bits in {one.values} frames, the first at {one.first_ns // 10**9}."
+            f"{one.first_ns % 10**9:09d} s"
+            for name, one in self.rounded.items()
+        ]
         if self.losses is None:
             kept = "stamps kept to the nanosecond"
             return ", ".join([*parts, f"{self.undecoded} left out, which are of no message of the DBC file", kept])
@@ -146,7 +152,7 @@ def _frames(
                 cast("Mf4Log", writer).write_signals(found, by_name, channel)
                 _count(done, found)
     writer.close()
-    done.left_out, done.too_short = writer.left_out, decoder.too_short
+    done.left_out, done.too_short, done.rounded = writer.left_out, decoder.too_short, decoder.rounded
     before: Iterable[FrameBlock] = (held(suffix, frames) for frames in log)
     after: Iterable[FrameBlock] = read_log(path)
     if suffix == ".mf4" and not source.falls:
@@ -179,7 +185,7 @@ def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message],
             out.write(found, channel)
             _count(done, found)
     out.close()
-    done.too_short = decoder.too_short
+    done.too_short, done.rounded = decoder.too_short, decoder.rounded
     done.undecoded = done.frames - done.too_short - sum(done.signals.values())
     if not done.signals:
         what = f"none of the {done.frames} frames is of a message of the DBC file"

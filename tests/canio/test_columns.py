@@ -115,3 +115,35 @@ def test_messages_are_told_apart(others):
     found = {c.message: (c.stamp_ns.tolist(), c.columns["S"].tolist()) for c in decoder.push(frames)}
     assert found == {"M0": ([0], [256.0]), "M2": ([1, 7], [2312.0, 14648.0]), "Extended": ([2], [16.0])}
     assert decoder.too_short == 1
+
+
+@pytest.mark.parametrize("length", [52, 53, 54, 60, 63, 64])
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("signed", [False, True])
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_values_that_floats_round_are_counted_with_the_first(length, order, signed, data):
+    start = 7 if order == 0 else data.draw(st.integers(0, 64 - length))
+    scale, offset = data.draw(st.sampled_from([(1, 0), (2, 0), (-1, 0)] + [(3, -5), (1, 7)] * (length < 61)))
+    signal = f' SG_ S : {start}|{length}@{order}{"-" if signed else "+"} ({scale},{offset}) [0|0] "" A\n'
+    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signal}', "dbc").messages[0]
+    low = -(1 << length - 1) if signed else 0
+    raws = data.draw(st.lists(st.integers(low, low + (1 << length) - 1), min_size=1, max_size=8))
+    payloads = np.frombuffer(b"".join(message.encode({"S": raw}, scaling=False) for raw in raws), np.uint8)
+    decoder = ColumnDecoder([message])
+    (found,) = decoder.push(frames_of(message, payloads.reshape(-1, 8).copy()))
+    exact = [message.decode(payload.tobytes())["S"] for payload in payloads.reshape(-1, 8)]
+    assert found.columns["S"].tolist() == [float(value) for value in exact]
+    lost = [k for k, value in enumerate(exact) if int(float(value)) != value]
+    said = [(name, one.values, one.first_ns) for name, one in decoder.rounded.items()]
+    assert said == ([("M.S", len(lost), lost[0])] if lost else [])
+
+
+def test_a_rounded_value_that_its_multiplexer_leaves_out_is_not_counted():
+    signals = ' SG_ X M : 0|2@1+ (1,0) [0|0] "" A\n SG_ S m1 : 2|62@1+ (1,0) [0|0] "" A\n'
+    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signals}', "dbc").messages[0]
+    payloads = np.full((3, 8), 255, np.uint8)
+    payloads[:, 0] = [0xFC, 0xFD, 0xFE]
+    decoder = ColumnDecoder([message])
+    decoder.push(frames_of(message, payloads))
+    assert [(name, one.values, one.first_ns) for name, one in decoder.rounded.items()] == [("M.S", 1, 1)]

@@ -311,3 +311,57 @@ def test_stamps_that_fall_end_in_an_answer(tmp_path, kinds):
     if kinds == 1:
         np.testing.assert_array_equal(got.stamp_ns, frames.stamp_ns)
         assert not done.losses.gone
+
+
+WIDE = """VERSION ""
+BU_: A
+BO_ 1 Wide: 8 A
+ SG_ Intel : 0|64@1+ (1,0) [0|0] "" A
+BO_ 2 Turned: 8 A
+ SG_ Motorola : 7|63@0- (1,0) [0|0] "" A
+"""
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".asc", ".log", ".trc", ".db", ".mf4", ".parquet"])
+def test_integers_beyond_a_float_stay_in_frames_and_are_said_of_signals(suffix, tmp_path, capsys):
+    dbc = tmp_path / "wide.dbc"
+    dbc.write_text(WIDE, "utf-8")
+    wide, turned = cantools.database.load_file(dbc).messages
+    sent = {wide: [(1 << 53) + 1, 5, (1 << 64) - 1], turned: [-(1 << 62) + 1, -1, 1 << 60]}
+    frames = concatenate_frames(
+        [_frames_of(message, [message.encode(dict.fromkeys(message.signal_tree, one)) for one in values])
+         for message, values in sent.items()]
+    )  # fmt: skip
+    frames = frames.select(np.argsort(frames.stamp_ns, kind="stable"))
+    source, out = tmp_path / "wide.blf", tmp_path / f"out{suffix}"
+    export([frames], source)
+    words = ["--dbc", str(dbc)] if suffix in {".mf4", ".parquet"} else []
+    assert main(["export", str(source), str(out), *words]) == 0
+    said = capsys.readouterr().out
+    if words:
+        assert "Wide.Intel rounded to 53 bits in 2 frames, the first at 1700000000.000000000 s" in said
+        assert "Turned.Motorola rounded to 53 bits in 1 frames, the first at 1700000000.500000000 s" in said
+    else:
+        assert "rounded to 53" not in said
+    if suffix == ".parquet":
+        table = parquet.read_table(out)
+        assert [one for one in table["Wide.Intel"].to_pylist() if one is not None] == list(map(float, sent[wide]))
+        return
+    back = concatenate_frames(list(read_log(out)))
+    for message, values in sent.items():
+        payloads = back.data[back.ident == message.frame_id, :8]
+        (name,) = message.signal_tree
+        assert [message.decode(one.tobytes())[name] for one in payloads] == values
+
+
+def _frames_of(message, payloads):
+    count = len(payloads)
+    first_ns = 1_700_000_000_000_000_000 + (message.frame_id - 1) * 500_000_000
+    return FrameBlock(
+        first_ns + 1_000_000_000 * np.arange(count),
+        np.full(count, message.frame_id, np.uint32),
+        np.zeros(count, np.uint8),
+        np.full(count, 8, np.uint8),
+        np.frombuffer(b"".join(payloads), np.uint8).reshape(count, 8).copy(),
+        np.zeros(count, np.uint8),
+    )

@@ -52,7 +52,7 @@ class MessageCodec:
         """
         if not values:
             return np.zeros((1, self.message.length), np.uint8)
-        given = np.broadcast_arrays(*map(np.atleast_1d, values.values()))
+        given = np.broadcast_arrays(*map(_unrounded, values.values()))
         columns = np.array(given, np.float64)
         out = np.zeros((columns.shape[1], self.message.length), np.uint8)
         layout = SignalLayout(self.message, tuple(values))
@@ -65,5 +65,16 @@ class MessageCodec:
             columns[k] = float(self.message.get_signal_by_name(layout.names[k]).offset)
         layout.encode(columns, np.full(len(values), int(overflow), np.int64), out)
         for k in wide:
-            layout.encode_whole(k, [int(value) for value in given[k]], overflow, out)
+            layout.encode_whole(k, given[k].tolist(), overflow, out)
         return out
+
+
+def _unrounded(values: ArrayLike) -> NDArray[np.generic]:
+    """Return values as an array; integers beyond 64 bits, or of 64 bits and two signs, stay Python's own.
+
+    NumPy would make float64 of them.
+    """
+    array = np.atleast_1d(np.asarray(values))
+    if array.dtype.kind != "f" or isinstance(values, np.ndarray | np.generic | float):
+        return array
+    return np.atleast_1d(np.asarray(values, object))

@@ -7,6 +7,7 @@ The values are cantools', bit for bit. What judges a unit goes through `decoder.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,12 +29,27 @@ if TYPE_CHECKING:
 
 _WORD = 8
 _LAST = 56  # byte at which the last word of a payload starts
-_EXACT_IN_FLOAT = 1 << 53
+_FLOAT_BITS = 53
+_EXACT_IN_FLOAT = 1 << _FLOAT_BITS
 _FEW = 64  # messages up to which a comparison each is cheaper than sorting all frames
 _EXTENDED = 0x80000000
 _NO_DATA = FrameFlag.REMOTE | FrameFlag.ERROR
 _FLOATS = {16: np.uint16, 32: np.uint32, 64: np.uint64}
 _FLOAT_OF = {16: np.float16, 32: np.float32, 64: np.float64}
+
+
+@dataclass(slots=True)
+class Rounded:
+    """The values of a signal that float64 does not hold to the last bit, and when the first one came."""
+
+    values: int = 0
+    first_ns: int = 0
+
+    def note(self, lost: NDArray[np.bool_], stamp_ns: NDArray[np.int64]) -> None:
+        """Count values (n) that were rounded."""
+        if lost.any():
+            self.first_ns = self.first_ns if self.values else int(stamp_ns[np.argmax(lost)])
+            self.values += int(np.count_nonzero(lost))
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +67,9 @@ class MessageColumns:
 class ColumnDecoder:
     """Decodes the frames of some messages of a DBC file, whole blocks at a time.
 
-    Frames that are too short for their message are left out and counted in `too_short`. Raises InputError where two
-    messages, or two signals of one, cannot be distinguished.
+    Frames that are too short for their message are left out and counted in `too_short`. Integers beyond 2^53 that
+    float64 does not hold are `rounded`. Raises InputError where two messages, or two signals of one, cannot be
+    distinguished.
     """
 
     def __init__(self, messages: Iterable[Message], id_offset: int = 0) -> None:
@@ -62,6 +79,12 @@ class ColumnDecoder:
             (m.frame_id + id_offset) | (_EXTENDED if m.is_extended_frame else 0): _MessageReader(m) for m in messages
         }
         self.too_short = 0
+
+    @property
+    def rounded(self) -> dict[str, Rounded]:
+        """The signals of which values were rounded, by `Message.Signal`."""
+        each = (one for reader in self._readers.values() for one in reader.rounded.items())
+        return {name: one for name, one in each if one.values}
 
     def push(self, frames: FrameBlock) -> list[MessageColumns]:
         """Return the columns of each message that has frames in the block."""
@@ -116,6 +139,7 @@ class _MessageReader:
         self._reach = max((reader.reach for reader in self._signals), default=0)
         place = {reader.name: row for row, reader in enumerate(self._signals)}
         self._rows = {name: place[name] for name in self._by_name}
+        self.rounded = {f"{message.name}.{one.name}": Rounded() for one in self._signals if one.may_round}
 
     def read(self, data: Bytes, stamp_ns: NDArray[np.int64]) -> MessageColumns:
         if self._reach > data.shape[1]:  # a signal that does not lie inside its message
@@ -128,16 +152,22 @@ class _MessageReader:
         out, scratch = np.empty((len(self._signals), count)), np.empty(count, np.uint64)
         signed = scratch.view(np.int64)
         raw: dict[str, NDArray[np.generic]] = {}
+        lost: dict[str, NDArray[np.bool_]] = {}
         with np.errstate(invalid="ignore"):  # a payload may spell a NaN that signals
             for reader, column in zip(self._signals, out, strict=True):
                 bits = reader.plain(data) if reader.is_plain else reader.bits(data, words[reader.word], scratch, signed)
                 reader.scale(bits, column)
+                if reader.may_round:
+                    lost[reader.name] = reader.rounds(bits, column)
                 if reader.name in self._switches:
                     raw[reader.name] = bits.copy()
         for reader, column in zip(self._signals, out, strict=True):
             active = self._active(reader.name, raw) if reader.is_multiplexed else None
             if active is not None:
                 column[~active] = np.nan
+            if reader.may_round:
+                rounded = lost[reader.name] if active is None else lost[reader.name] & active
+                self.rounded[f"{self._name}.{reader.name}"].note(rounded, stamp_ns)
         return MessageColumns(self._name, stamp_ns, {name: out[row] for name, row in self._rows.items()})
 
     def _active(self, name: str, raw: Mapping[str, NDArray[np.generic]]) -> NDArray[np.bool_] | None:
@@ -194,6 +224,7 @@ class _SignalReader:
             self.reach = self._byte + signal.length // 8
         self._scale, self._offset = np.float64(signal.scale), float(signal.offset)
         self._exact = _exact_factors(signal)
+        self.may_round = not signal.is_float and (self._exact is not None or signal.length > _FLOAT_BITS)
 
     def plain(self, data: Bytes) -> NDArray[np.generic]:
         """Return a number of whole bytes, as a view."""
@@ -227,6 +258,19 @@ class _SignalReader:
             return word << self._skip | ninth << self._skip >> np.uint64(8)
         bits = word >> self._skip | ninth << np.uint64(64 - int(self._skip))
         return bits << np.uint64(self._room)
+
+    def rounds(self, raw: NDArray[np.generic], physical: Float64) -> NDArray[np.bool_]:
+        """Return which integers (n) have more significant bits than float64 holds.
+
+        Of those that a scale takes beyond 64 bits, all physical values beyond 2^53 count.
+        """
+        if self._exact is not None:
+            raw = raw.astype(np.int64) * np.int64(self._exact[0]) + np.int64(self._exact[1])
+        elif self._offset or abs(math.frexp(self._scale)[0]) != 0.5:
+            return np.asarray(np.abs(physical) >= _EXACT_IN_FLOAT)
+        size = np.where(raw < 0, np.negative(raw.astype(np.int64)).astype(np.uint64), raw.astype(np.uint64))
+        lowest = np.maximum(size & (~size + np.uint64(1)), np.uint64(1))
+        return np.asarray(size // lowest >= np.uint64(_EXACT_IN_FLOAT))
 
     def scale(self, raw: NDArray[np.generic], out: Float64) -> None:
         """Write physical values (n), rounded where cantools rounds."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -80,8 +81,8 @@ class SignalLayout:
         place = self.place(k)
         return bool(place[sb.LENGTH] > _EXACT_BITS and place[sb.KIND] not in (sb.FLOAT16, sb.FLOAT32, sb.FLOAT64))
 
-    def encode_whole(self, k: int, values: Sequence[int], overflow: sb.Overflow, out: Bytes) -> None:
-        """Write whole values (n) of one signal, to the last bit.
+    def encode_whole(self, k: int, values: Sequence[float], overflow: sb.Overflow, out: Bytes) -> None:
+        """Write values (n) of one signal as they are in Python, integers to the last bit.
 
         Its bits in payloads (n, w) are zero before.
 
@@ -91,7 +92,10 @@ class SignalLayout:
         scale, offset = Fraction(signal.scale), Fraction(signal.offset)
         span = 1 << int(place[sb.LENGTH])
         low = -span // 2 if place[sb.SIGNED] else 0
-        raws = [round((value - offset) / scale) for value in values]
+        for value in values:
+            if not math.isfinite(value):
+                raise _refusal(self._message, self.names[k], value)
+        raws = [round((Fraction(value) - offset) / scale) for value in values]
         for value, raw in zip(values, raws, strict=True):
             if overflow == sb.Overflow.REFUSE and not low <= raw < low + span:
                 raise _refusal(self._message, self.names[k], value)
@@ -179,12 +183,14 @@ def _require_inside(message: Message, signal: Signal, place: Int64) -> None:
 def _refusal(message: Message, name: str, value: float) -> InputError:
     signal = message.get_signal_by_name(name)
     low = -(1 << signal.length - 1) if signal.is_signed else 0
-    ends = sorted(raw * float(signal.scale) + float(signal.offset) for raw in (low, low + (1 << signal.length) - 1))
+    scale, offset = Fraction(signal.scale), Fraction(signal.offset)
+    ends = sorted(raw * scale + offset for raw in (low, low + (1 << signal.length) - 1))
+    first, last = (str(end) if end.denominator == 1 else f"{float(end):.9g}" for end in ends)
     return InputError(
         Problem(
             f"{message.name}.{name} cannot hold this value",
             value=value,
-            allowed=f"{ends[0]:.9g} to {ends[1]:.9g} {signal.unit or ''}".rstrip(),
+            allowed=f"{first} to {last} {signal.unit or ''}".rstrip(),
             remedy="keep the value inside the signal's range",
         )
     )
