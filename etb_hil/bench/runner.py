@@ -95,12 +95,10 @@ class Runner:
         with beat.signals:
             try:
                 self._run_steps()
-            except RunStopped as stop:
-                record.outcome, record.reason_id, record.reason = stop.outcome, stop.reason_id, stop.reason
-            except BenchFault as fault:
-                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, fault.reason_id, str(fault)
+            except (RunStopped, BenchFault) as stop:
+                self._end_by(stop)
             except InputError as error:  # from here on something moves: it is no matter of usage any more
-                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, PartFault.reason_id, str(error)
+                self._end_by(PartFault(str(error)))
             except Exception:  # whoever called is told; here it is only the cause of the safe stop
                 record.reason_id = "bench_failed"
                 raise
@@ -130,7 +128,15 @@ class Runner:
             beat.is_ending = True
             if beat.commanded.enable:
                 self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
-            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"{beat.signals.cause}") from None
+            raise self._stopped_in_order() from None
+
+    def _stopped_in_order(self) -> RunStopped:
+        return RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"{self._beat.signals.cause}")
+
+    def _end_by(self, stop: RunStopped | BenchFault) -> None:
+        """Record what ended the run."""
+        outcome = stop.outcome if isinstance(stop, RunStopped) else BenchOutcome.FAULT
+        self._record.outcome, self._record.reason_id, self._record.reason = outcome, stop.reason_id, str(stop)
 
     def _rest(self) -> None:
         """Let one beat pass with the drive off."""
@@ -152,11 +158,12 @@ class Runner:
             if record.outcome is BenchOutcome.OK or record.reason_id in TELLING:
                 self._beat.next_ns = self._clock.now_ns()  # the safe stop kept a time of its own
                 talk.after(lambda: self._beat(OFF, is_waking=True))
-        except (RunStopped, StopInOrder, BenchFault, InputError) as stop:
+        except StopInOrder:
             if record.outcome is BenchOutcome.OK:
-                record.outcome = BenchOutcome.FAULT
-                unnamed = PartFault.reason_id if isinstance(stop, InputError) else BenchFault.reason_id
-                record.reason_id, record.reason = getattr(stop, "reason_id", unnamed), str(stop)
+                self._end_by(self._stopped_in_order())
+        except (RunStopped, BenchFault) as stop:
+            if record.outcome is BenchOutcome.OK:
+                self._end_by(stop)
         record.diagnostics = talk.found
         self._tap.events.add(self._clock.now_ns(), "unit_diagnostics", **asdict(talk.found))
 

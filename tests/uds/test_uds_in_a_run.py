@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import yaml
 from uds_bench import UDS, faulty_run, frames_of
 from whole_run import files
 
-from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.expected_unit import ExpectedUnit
@@ -217,6 +218,35 @@ def test_a_fault_after_the_run_gives_no_verdict(short, tmp_path, monkeypatch):
     assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "uds_no_answer")
     assert results.unit.verdict is None
     assert results.bench.safe_state
+
+
+class Operator:
+    """Gives this process a signal when the bench asks for trouble codes the second time."""
+
+    def __init__(self, number):
+        self._number, self._asked = number, 0
+
+    def run(self, _until_ns, inbox):
+        asks = (inbox.ident == UDS.request) & (inbox.data[:, 1] == 0x19) & (inbox.data[:, 0] < 8)
+        before, self._asked = self._asked, self._asked + int(np.count_nonzero(asks))
+        if before < 2 <= self._asked:
+            signal.raise_signal(self._number)
+        return frames_of(UDS.request, [])
+
+
+@pytest.mark.parametrize(
+    ("number", "reason_id"), [(signal.SIGUSR1, "stopped_by_operator"), (signal.SIGTERM, "aborted_by_operator")]
+)
+def test_who_ends_the_run_while_codes_are_read_after_it_is_no_fault_of_the_bench(
+    short, tmp_path, monkeypatch, number, reason_id
+):
+    faults = (UdsFault(UdsFaultKind.NO_ANSWER, 0x19, after_ns=5_000_000_000),)
+    finished = run(short, tmp_path, monkeypatch, faults=faults, node=Operator(number))
+    results = finished.results
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.ABORTED, reason_id)
+    assert (results.code, results.unit.verdict) == (ExitCode.ABORTED, None)
+    assert results.bench.safe_state
+    assert replay(finished.session.folder).results == results
 
 
 class SecondTester:
