@@ -1,11 +1,12 @@
 """Every kind of file with wrong contents, given to the commands that read it, each in a process of its own.
 
-    python benchmarks/fuzz.py [KIND ...] [--seconds 30] [--seed 0] [--keep FOLDER] [--list]
+    python benchmarks/fuzz.py [KIND ...] [--seconds 30] [--seed 0] [--first 0] [--keep FOLDER] [--list]
 
-`--seconds` of processor time for all kinds together: 30 is the quick form, 300 a kind the nightly one, 3600 a kind the
-whole. A finding is a traceback, 60 s of processor time, more than 1 GiB, an exit code that is not documented, a message
-of more than 20,000 letters, or a verdict that became the other one. With one seed the same files come again; `--keep`
-keeps those of the findings, and what was said.
+`--seconds` of processor time for all kinds together: 30 is the quick form, 300 a kind the nightly one, 3600 a kind
+the whole. Ctrl-C and SIGTERM end it after the case that runs: the row of the table counts what was done, and `--first
+N` goes on at case N of each kind. A finding is a traceback, 60 s of processor time, more than 1 GiB, an exit code
+that is not documented, a message of more than 20,000 letters, or a verdict that became the other one. With one seed
+the same files come again; `--keep` keeps those of the findings, and what was said.
 Exit code 1 where there were findings.
 """
 
@@ -52,6 +53,8 @@ def run_case(words, said):
         try:
             resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S + 1))
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C of the terminal is for the parent
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
             signal.alarm(MOST_WALL_S)
             with said.open("wb") as file:
                 for number in (1, 2):
@@ -88,11 +91,11 @@ def finding(code, expected, spent, most, text):
     return ", ".join(what for what, there in bad.items() if there)
 
 
-def fuzz(kind, given, seconds, seed, keep):
-    """Make and run cases of a kind for some seconds of processor time."""
-    tally, number = Tally(), 0
+def fuzz(kind, given, seconds, seed, keep, first, is_stopped):
+    """Make and run cases of a kind for some seconds of processor time, or until it is stopped."""
+    tally, number = Tally(), first
     begin = time.process_time()
-    while tally.seconds + time.process_time() - begin < seconds:
+    while tally.seconds + time.process_time() - begin < seconds and not is_stopped():
         rng = random.Random(f"{kind} {seed} {number}")  # noqa: S311 (what is wrong in a file is no secret)
         with tempfile.TemporaryDirectory(prefix="fuzz") as name:
             folder = Path(name)
@@ -122,6 +125,7 @@ def main():
     parser.add_argument("kinds", nargs="*", choices=[[], *KINDS], metavar="KIND")
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--seed", default="0")
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--keep", type=Path)
     parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
@@ -130,7 +134,9 @@ def main():
         return 0
     kinds = options.kinds or list(KINDS)
     keep_imports_lean()
-    found = 0
+    found, stops = 0, []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *received: stops.append(received))
     with tempfile.TemporaryDirectory(prefix="fuzz-seeds") as name:
         given = seeds(Path(name))
         print(
@@ -138,7 +144,10 @@ def main():
             flush=True,
         )
         for kind in kinds:
-            tally = fuzz(kind, given, options.seconds / len(kinds), options.seed, options.keep)
+            if stops:
+                break
+            seconds = options.seconds / len(kinds)
+            tally = fuzz(kind, given, seconds, options.seed, options.keep, options.first, lambda: bool(stops))
             codes = ", ".join(f"{code}: {count}" for code, count in sorted(tally.codes.items()))
             row = (
                 kind,
@@ -150,6 +159,8 @@ def main():
                 len(tally.findings),
             )
             print("| " + " | ".join(map(str, row)) + " |", flush=True)
+            if stops:
+                print(f"stopped: go on with {kind} --first {options.first + tally.cases}", flush=True)
             found += len(tally.findings)
     return 1 if found else 0
 
