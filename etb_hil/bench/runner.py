@@ -290,6 +290,9 @@ class Runner:
         try:
             commanding = self._beat.signals.verb is not Verb.HALT
             record.safe_state = bring_to_rest(self._tap, self._clock, self._beat.tick_ns, commanding=commanding)
+        except InputError as error:
+            if record.outcome is BenchOutcome.OK:
+                self._end_by(PartFault(str(error)))
         finally:  # written last: nothing, and no disk, stands between the cause and drive off
             self._tap.events.add(begun_ns, "safe_stop", cause=record.reason_id or "end of the scenario")
             self._tap.events.add(self._clock.now_ns(), "safe_state", state=record.safe_state.value)

@@ -10,7 +10,8 @@ import pytest
 from faults_cases import Injected
 from faults_study import run_with
 
-from etb_hil.base.errors import BenchFault, RecordingFault
+from etb_hil.base.errors import BenchFault, InputError, PartFault, RecordingFault
+from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
@@ -305,6 +306,18 @@ def test_frames_that_are_lost_in_the_end_are_told_and_hide_no_other_fault(run, m
     assert bench.reason == (cause or "raw.blf: the raw log cannot be written: No space left on device")
     assert finished.record.is_recorded is False
     assert told(finished)[-1][1]["is_recorded"] is False
+
+
+@pytest.mark.parametrize("failed", [InputError, PartFault])
+def test_a_part_that_fails_amid_a_run_is_a_fault_of_the_bench(run, failed):
+    def fails():
+        raise failed("mine.py: the plug-in's phase 'mine': its trajectory failed")
+
+    finished = run(HOLD, since_ms=200, cause=fails)
+    bench = finished.results.bench
+    assert (bench.outcome, bench.reason_id) == ("fault", "part_failed")
+    assert bench.reason == "mine.py: the plug-in's phase 'mine': its trajectory failed"
+    assert (finished.results.code, finished.results.unit.verdict) == (ExitCode.BENCH_FAULT, None)
 
 
 def test_a_bus_that_fails_is_a_fault_of_the_bench(run):

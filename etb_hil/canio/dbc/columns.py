@@ -268,7 +268,8 @@ class _SignalReader:
             raw = raw.astype(np.int64) * np.int64(self._exact[0]) + np.int64(self._exact[1])
         elif self._offset or abs(math.frexp(self._scale)[0]) != 0.5:
             return np.asarray(np.abs(physical) >= _EXACT_IN_FLOAT)
-        size = np.where(raw < 0, np.negative(raw.astype(np.int64)).astype(np.uint64), raw.astype(np.uint64))
+        is_signed = raw.dtype.kind == "i"
+        size = np.abs(raw.astype(np.int64)).astype(np.uint64) if is_signed else raw.astype(np.uint64)
         lowest = np.maximum(size & (~size + np.uint64(1)), np.uint64(1))
         return np.asarray(size // lowest >= np.uint64(_EXACT_IN_FLOAT))
 
