@@ -193,7 +193,10 @@ def explain(
 
 @contextmanager
 def _naming_plugins() -> Iterator[None]:
-    """Turn a failure of the search's arithmetic into an InputError where effects of plug-ins took part in it."""
+    """Turn a failure of the search's arithmetic into an InputError.
+
+    It names the effects of plug-ins, which took part in the search; without any the failure stays as it is.
+    """
     from etb_hil.base.plugins import first_line, parts
 
     try:

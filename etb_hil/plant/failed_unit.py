@@ -1,4 +1,7 @@
-"""The fault of a simulated unit without a finite state; it names the effects of plug-ins."""
+"""The fault of a simulated unit without a finite state.
+
+It names the effects of plug-ins.
+"""
 
 from __future__ import annotations
 

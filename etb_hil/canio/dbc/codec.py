@@ -70,9 +70,9 @@ class MessageCodec:
 
 
 def _unrounded(values: ArrayLike) -> NDArray[np.generic]:
-    """Return values as an array; integers beyond 64 bits, or of 64 bits and two signs, stay Python's own.
+    """Return values as an array; lists with wide integers keep Python's own.
 
-    NumPy would make float64 of them.
+    NumPy would make float64 of integers beyond 64 bits, and of those on both sides of 2^63.
     """
     array = np.atleast_1d(np.asarray(values))
     if array.dtype.kind != "f" or isinstance(values, np.ndarray | np.generic | float):

@@ -40,7 +40,10 @@ _FLOAT_OF = {16: np.float16, 32: np.float32, 64: np.float64}
 
 @dataclass(slots=True)
 class Rounded:
-    """The values of a signal that float64 does not hold to the last bit, and when the first one came."""
+    """The values of a signal that float64 does not hold to the last bit.
+
+    `first_ns` is the stamp of the first.
+    """
 
     values: int = 0
     first_ns: int = 0
