@@ -72,7 +72,11 @@ def drawn(kind, seed):
     """Return effects, level and form of a seed; every effect of a kind is as likely, whatever a mix draws around it."""
     rng = np.random.default_rng([seed, 4])
     if kind in ("weak", "medium", "strong"):
-        return (SINGLES[rng.integers(len(SINGLES))],), kind, None
+        effect, late = SINGLES[rng.integers(len(SINGLES))], layout.LATE_ANGLES
+        # As often as each of the others, without another effect for all other seeds.
+        if rng.random() < len(late) / (len(SINGLES) + len(late)):
+            effect = late[rng.integers(len(late))]
+        return (effect,), kind, None
     level = str(rng.choice(["strong", "medium"]))
     if kind == "shape":
         effect, form = SHAPES[rng.integers(len(SHAPES))]
@@ -184,7 +188,7 @@ def main():
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
     parser.add_argument("--each", type=int)
-    parser.add_argument("--effects", nargs="+", choices=SINGLES, metavar="ID")
+    parser.add_argument("--effects", nargs="+", choices=SINGLES + layout.LATE_ANGLES, metavar="ID")
     parser.add_argument("--view", default="full", choices=VIEWS)
     parser.add_argument("--rate", type=int, default=2000)
     parser.add_argument("--jobs", type=int, default=1)

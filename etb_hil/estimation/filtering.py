@@ -54,8 +54,9 @@ class Disturbance:
 class Filtered:
     """A filtered record of n samples; see `kalman.run`.
 
-    `states` (n, `SIZE`) after the readings; `whitened` and `roots` (n, 3); `rests`: velocity in rad/s below which the
-    plate rests; `voltage_noise`: rms in V of what is stated of the voltage; the rest is there for sensitivities only.
+    `read` (3, 2): see `forces.along`. `states` (n, `SIZE`) after the readings;
+    `whitened` and `roots` (n, 3); `rests`: velocity in rad/s below which the plate rests; `voltage_noise`: rms in V of
+    what is stated of the voltage; the rest is there for sensitivities only.
     """
 
     parameters: Float64
@@ -64,6 +65,7 @@ class Filtered:
     log_likelihood: float
     rescued: int
     outlying: int
+    read: Float64
     states: Float64
     whitened: Float64
     roots: Float64
@@ -163,46 +165,72 @@ def _run(
     settings[kalman.SCALE], settings[kalman.SCALE + 2] = noise.current, noise.plate
     settings[kalman.NOISE_VOLTAGE] *= noise.voltage
     settings[kalman.JITTER] *= math.sqrt(noise.jitter)
-    readings, keeps = _read(record, p)
-    # Without its lag, a current has the noise of two readings. That neighbours share one of them is not used.
-    settings[kalman.NOISE_CURRENT] *= (1.0 + keeps**2) / (1.0 - keeps) ** 2
+    read = forces.lateness(p)
+    readings, later, lasts, keeps = _read(record, p, read)
+    _make_noisier(settings, keeps, float(lasts.mean()))
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
-    slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, SIZE))
+    slopes, gains = np.empty((kept, 3, 3)), np.empty((kept, 3, SIZE))
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
     covariances, ahead, noises = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE)), np.empty((kept, 3, 2))
     levels = np.empty(kept)
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
-        record.added(forces.LEVEL, p), readings, record.lasts, p, active, settings, is_kept, states, whitened,
+        record.added(forces.LEVEL, p), readings, later, lasts, p, active, settings, is_kept, states, whitened,
         roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
     )  # fmt: skip
     # The density of the readings themselves, so that models with a lag and without one can be compared.
-    likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots[:, 0]) * math.log(1.0 - keeps)
+    likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots, axis=0) @ np.log1p(-keeps)
     found = Filtered(
         p, active, disturbance, likelihood, int(totals[kalman.RESCUED]),
-        int(totals[kalman.OUTLYING]), states, whitened, roots, float(settings[kalman.RESTS]),
+        int(totals[kalman.OUTLYING]), read, states, whitened, roots, float(settings[kalman.RESTS]),
         math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises, levels,
     )  # fmt: skip
     return found, covariances, spreads
 
 
-def _read(record: Record, parameters: Float64) -> tuple[Float64, float]:
-    """Return readings (n, 3) without what terms add to them, and without a lag.
+def _read(record: Record, parameters: Float64, read: Float64) -> tuple[Float64, Float64, Float64, Float64]:
+    """Return readings (n, 3) without what terms add to them, without a lag, and at the samples that they tell of.
 
-    Behind a lag a reading of the current keeps a share of the one before: the second value, 0 without a lag. With that
-    taken off, a mean current is left (`forces.without_lag`).
+    Behind a lag a reading keeps a share of the one before; with that taken off, a mean of what was there between is
+    left (`forces.without_lag`). Of a delay, `later` (n, 3) is left: how long behind its sample a reading was true, s.
+    The others are `Record.lasts` (n) of the motor's angle, and the share (3) that each reading keeps.
     """
-    found = record.readings
+    found, later, lasts, keeps = record.readings, np.zeros((len(record), 3)), record.lasts, np.zeros(3)
     if any(term.channel in _READ for term in record.terms):
         found = found - np.column_stack([record.added(channel, parameters) for channel in _READ])
-    lag = forces.lateness(parameters)[1]
-    if lag <= 0.0:
-        return found, 0.0
-    keeps = np.exp(-np.roll(record.dt, 1) / lag)
-    before = np.where(record.since > 0.0, np.nan, np.roll(found[:, 0], 1))
-    undone = (found[:, 0] - keeps * before) / (1.0 - keeps)
-    return np.column_stack([undone, found[:, 1:]]), float(np.median(keeps))
+    if not read.any():
+        return found, later, lasts, keeps
+    found, segment, at = found.copy(), np.cumsum(record.since > 0.0), np.arange(len(record))
+    for m, (delay, lag) in enumerate(read):
+        late = delay + min(lag, 0.0)  # a lag below 0 is a delay
+        if lag > 0.0:
+            share = np.exp(-np.roll(record.dt, 1) / lag)
+            before = np.where(record.since > 0.0, np.nan, np.roll(found[:, m], 1))
+            found[:, m] = (found[:, m] - share * before) / (1.0 - share)
+            share = np.exp(-record.dt / lag)
+            late, keeps[m] = late + lag - record.dt * share / (1.0 - share), np.median(share)
+        arrives = forces.arrivals(m, np.broadcast_to(late, record.dt.shape), record.dt)
+        later[:, m] = arrives * record.dt - late
+        there = np.clip(at + arrives, 0, len(record) - 1)
+        is_there = (there == at + arrives) & (segment[there] == segment)
+        found[:, m] = np.where(is_there, found[there, m], np.nan)
+        if m == 1:
+            lasts = lasts[there]
+    return found, later, lasts, keeps
+
+
+def _make_noisier(settings: Float64, keeps: Float64, lasts: float) -> None:
+    """Give readings without their lags the noise of two readings each, in place.
+
+    What lasts of the motor's rounding error is the same in both. That neighbours share one of them is not used.
+    """
+    more, less = (1.0 + keeps**2) / (1.0 - keeps) ** 2, 2.0 * keeps / (1.0 - keeps) ** 2
+    settings[kalman.NOISE_CURRENT] *= more[0]
+    for m, noise, step in ((1, kalman.NOISE_MOTOR, kalman.STEP_MOTOR), (2, kalman.NOISE_PLATE, kalman.STEP_PLATE)):
+        rounding = settings[step] ** 2 / 12.0
+        lasting = lasts if m == 1 else 0.0
+        settings[noise] = more[m] * settings[noise] + (more[m] - 1.0 - less[m] * lasting) * rounding
 
 
 def sensitivities(
@@ -237,8 +265,8 @@ def sensitivities(
     rows = np.zeros((len(record) if is_kept else 0, 3, count))
     normal_matrix(
         record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters,
-        at.states, at.ahead, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, at.levels,
-        places.copy(), tied.copy(), effects, away,
+        at.states, at.ahead, at.whitened, at.roots, at.slopes, at.read, at.gains, at.moves, at.responses,
+        at.levels, places.copy(), tied.copy(), effects, away,
         np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,
         modulations, until, matrix, gradient, rows,
     )  # fmt: skip

@@ -45,6 +45,7 @@ from etb_hil.plant.physics import (
     spring_torque,
     stop_torque,
 )
+from etb_hil.recording.samples import Float64, Int64
 
 # What an effect adds: braking torque (N·m), share of the friction level, lost voltage (V), and to the readings of the
 # current (A), the motor's angle and the plate's (rad at the throttle shaft).
@@ -55,7 +56,11 @@ _INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
 _ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
-_MOTION = "begin, end, dt, voltage, temperature, states, ahead, read_delay, read_lag, remembered, p, room, out"
+_MOTION = "begin, end, dt, voltage, temperature, states, ahead, read, remembered, p, room, out"
+# The ports of the lateness of each reading, by what is added to it.
+_LATE = {Port.CURRENT_LATENESS: AT_CURRENT, Port.MOTOR_LATENESS: AT_MOTOR, Port.PLATE_LATENESS: AT_PLATE}
+_lateness = {port: compose.composed(port, OWN) for port in _LATE}
+_late_current, _late_motor, _late_plate = _lateness.values()
 _FINE = {
     Port.SPRINGS: "out[0] += {f}(springs, theta, p) - springs",
     Port.SPRING_TORQUE: "out[0] += {f}(0.0, theta, p)",
@@ -183,8 +188,11 @@ class _Terms:
 
 
 _TERMS = [*(_Terms(effect) for effect in OWN), _Terms()]
-# Whether each effect acts on a reading.
-READS = np.array([terms.acts_at(*READINGS, Port.PLATE_LEAD) for terms in _TERMS], np.bool_)
+# Whether each effect changes a reading at a state.
+_AT_STATE = (
+    Port.CURRENT_SCALE, Port.CURRENT_ZERO, Port.ENCODER_ANGLE, Port.PLATE_READING, Port.PLATE_LEAD,
+)  # fmt: skip
+READS = np.array([terms.acts_at(*_AT_STATE) for terms in _TERMS], np.bool_)
 
 
 def base_of(index: int) -> frozenset[int]:
@@ -228,7 +236,7 @@ def _function(terms: _Terms) -> compose.Made:
 
     def own(port: Port) -> str:
         sensed = port is Port.PLATE_READING
-        scope[port.name] = compose.sensed(terms.effects, port, {terms.id: 0}) if sensed else terms.at(port)
+        scope[port.name] = compose.sensed(terms.effects, port, {(terms.id, port): 0}) if sensed else terms.at(port)
         return port.name
 
     for port, line in _FINE.items():
@@ -258,7 +266,8 @@ def _passing(terms: _Terms) -> compose.Made:
         scope["steps"] = compose.steps(terms.effects, of_friction=False, is_open=terms.is_open)
         lines.append("steps(0.0, omega, travel, current, command, temperature, dt, slow, p)")
     if terms.has_sensor:
-        scope["sense"] = compose.sensor_steps(terms.effects, Port.PLATE_READING, {terms.id: 0})
+        port = Port.PLATE_READING
+        scope["sense"] = compose.sensor_steps(terms.effects, port, {(terms.id, port): 0})
         lines.append("sense(remembered[SLOW:], travel, current, p)")
     return _compiled(
         f"pass_{terms.id}", "omega, travel, current, command, temperature, dt, remembered, p", lines, scope
@@ -287,13 +296,24 @@ def without_lag(lag: float, dt: float) -> tuple[float, float]:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def arrival(late: float, dt: float) -> int:
-    """Return how many samples later the first current from behind one is read.
+def arrival(reading: int, late: float, dt: float) -> int:
+    """Return how many samples behind a state the reading of it is: 0 the current, 1 and 2 the angles.
 
-    The current is `late` s late, and samples are dt s long. The current after a state follows from the state; before
-    it, it would follow from noise that has died away.
+    The reading is `late` s late, and samples are dt s long. A current that was true behind the state follows from it;
+    one before it would follow from noise that has died away. An angle that was true before the state follows from the
+    motion until there; behind it, steps of the voltage change it.
     """
-    return math.ceil(late / dt - 1e-6)
+    samples = late / dt
+    return math.ceil(samples - 1e-6) if reading == 0 else math.floor(samples + 1e-6)
+
+
+@njit(cache=True, error_model="numpy")
+def arrivals(reading: int, late: Vector, dt: Vector) -> Int64:
+    """Return `arrival` of each sample (n)."""
+    found = np.empty(len(dt), np.int64)
+    for k in range(len(dt)):
+        found[k] = arrival(reading, late[k], dt[k])
+    return found
 
 
 def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> compose.Made:
@@ -305,10 +325,15 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "lateness": terms.at(Port.CURRENT_LATENESS), "without_lag": without_lag, "math": math, "arrival": arrival,
+        "without_lag": without_lag, "math": math, "arrival": arrival,
     }  # fmt: skip
-    lines = [
-        "before = 0.0",
+    late = {port: at for port, at in _LATE.items() if terms.acts_at(port)}
+    lines = []
+    for port, at in late.items():
+        scope[port.name] = _lateness[port]
+        lines.append(f"before_{at}, (delay_{at}, lag_{at}) = 0.0, {port.name}((0.0, 0.0), p)")
+        lines.append(f"read_delay_{at}, read_lag_{at} = read[{at - AT_CURRENT}, 0], read[{at - AT_CURRENT}, 1]")
+    lines += [
         "for k in range(begin, end):",
         "    x, y, o, t = states[k], ahead[k], out[k - begin], temperature[k]",
     ]
@@ -318,21 +343,19 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
             "    f(x[0], x[1], x[4], v, x[2], t, remembered, p, room)",
             "    o[3] = room[3]; o[4] = room[4]; o[5] = room[5]",
         ]
-        if terms.acts_at(Port.CURRENT_LATENESS):
+        for at in late.values():
             lines += [
                 "    h = dt[k]",
-                "    keeps, late = without_lag(read_lag, h)",
-                "    late += read_delay",
-                "    if late != 0.0: v = voltage[k]",
-                "    at_rest, arrives = (v - x[5] - p[KE] * x[1]) / p[R], arrival(late, h) * h",
-                "    current = at_rest + (x[4] - at_rest) * math.exp(-p[R] * (arrives - late) / p[L])",
-                "    if k == begin: before = current",
-                "    read = keeps * before + (1.0 - keeps) * current",
-                "    delay, lag = lateness((0.0, 0.0), p)",
-                "    keeps, late = without_lag(lag, h)",
-                "    o[3] += at_rest - x[4] + (x[4] - at_rest) * math.exp(-p[R] * (arrives - delay - late) / p[L])",
-                "    o[3] -= (read - keeps * before) / (1.0 - keeps) - current",
-                "    before = read",
+                f"    keeps, late = without_lag(read_lag_{at}, h)",
+                f"    late += read_delay_{at}",
+                f"    arrives = arrival({at - AT_CURRENT}, late, h) * h",
+                f"    moved_keeps, moved = without_lag(lag_{at}, h)",
+                f"    moved += delay_{at}",
+                *(f"    {line}" for line in (_LATE_CURRENT if at == AT_CURRENT else _LATE_ANGLE)),
+                f"    if k == begin: before_{at} = now",
+                f"    seen = keeps * before_{at} + (1.0 - keeps) * now",
+                f"    o[{at}] += then - (seen - moved_keeps * before_{at}) / (1.0 - moved_keeps)",
+                f"    before_{at} = seen",
             ]
     else:
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
@@ -347,6 +370,20 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     return _compiled(f"along_{terms.id}", _MOTION, lines, scope)
 
 
+# What arrives behind a state without its lag: `now` by the lateness that it was read with, `then` by another one.
+_LATE_CURRENT = [
+    "if late != 0.0: v = voltage[k]",
+    "at_rest = (v - x[5] - p[KE] * x[1]) / p[R]",
+    "now = at_rest + (x[4] - at_rest) * math.exp(-p[R] * (arrives - late) / p[L])",
+    "then = at_rest + (x[4] - at_rest) * math.exp(-p[R] * (arrives - moved) / p[L])",
+]
+_LATE_ANGLE = [
+    "gains = (x[1] - states[max(k - 1, 0), 1]) / h",
+    "now = x[0] + (arrives - late) * (x[1] + 0.5 * (arrives - late) * gains)",
+    "then = x[0] + (arrives - moved) * (x[1] + 0.5 * (arrives - moved) * gains)",
+]
+
+
 def _chosen(name: str, takes: str, functions: list[compose.Made]) -> compose.Made:
     """Return a function that calls the one of some functions that an index says."""
     scope = {f"f{k}": function for k, function in enumerate(functions)}
@@ -359,17 +396,20 @@ _passing_time = [_passing(terms) for terms in _TERMS]
 add = _chosen("add", _ASKS, _adding)
 pass_time = _chosen("pass_time", _PASSED, _passing_time)
 # Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
-# the readings at their states, else in the middle of the way to the state that was predicted (`ahead`). The current was
-# read `read_delay` s late and behind a lag of `read_lag` s in the motion that was filtered.
+# the readings at their states, else in the middle of the way to the state that was predicted (`ahead`). `read` (3, 2):
+# the delay and the lag in s of each reading in the motion that was filtered.
 along = _chosen("along", _MOTION, [_along(*each) for each in zip(_TERMS, _adding, _passing_time, strict=True)])
 _starts = compose.starts(OWN, is_open=True)
-_late = compose.composed(Port.CURRENT_LATENESS, OWN)
 
 
 @njit(cache=True, error_model="numpy")
-def lateness(p: Vector) -> tuple[float, float]:
-    """Return the delay and the lag in s by which a current is read late."""
-    return _late((0.0, 0.0), p)
+def lateness(p: Vector) -> Float64:
+    """Return the delay and the lag in s by which each reading is late (3, 2)."""
+    found = np.empty((3, 2))
+    found[0, 0], found[0, 1] = _late_current((0.0, 0.0), p)
+    found[1, 0], found[1, 1] = _late_motor((0.0, 0.0), p)
+    found[2, 0], found[2, 1] = _late_plate((0.0, 0.0), p)
+    return found
 
 
 @njit(cache=True, error_model="numpy")

@@ -257,10 +257,12 @@ def _seen(reading: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def begin(readings: Float64, k: int, dt: float, s: Vector, p: Vector, x: Vector, cov: Float64) -> None:
+def begin(
+    readings: Float64, later: Float64, k: int, dt: float, s: Vector, p: Vector, x: Vector, cov: Float64
+) -> None:  # fmt: skip
     """Set state and covariance to what the readings tell at sample k, in place.
 
-    `readings` (n, `READINGS`). The velocity is that to the next sample, dt s later.
+    `readings`, `later` (n, `READINGS`): see `run`. The velocity is that to the next sample, dt s later.
     """
     x[:], cov[:] = 0.0, 0.0
     first = readings[k]
@@ -268,6 +270,7 @@ def begin(readings: Float64, k: int, dt: float, s: Vector, p: Vector, x: Vector,
     x[THETA] = seen if math.isfinite(seen) else p[LIMP_HOME]
     x[CURRENT] = first[0] if math.isfinite(first[0]) else 0.0
     x[OMEGA] = (then - seen) / dt if math.isfinite(then - seen) else 0.0
+    x[THETA] -= x[OMEGA] * later[k, 1 if math.isfinite(first[1]) else 2]
     cov[OMEGA, OMEGA] = _FASTER * _FASTER if math.isfinite(then - seen) else _FASTEST * _FASTEST
     cov[THETA, THETA] = (s[STEP_MOTOR] + s[STEP_PLATE]) ** 2 + s[NOISE_PLATE] if math.isfinite(seen) else 0.1
     cov[BRISTLE, BRISTLE] = p[STICTION] ** 2
@@ -286,6 +289,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     temperature: Vector,
     level: Vector,
     readings: Float64,
+    later: Float64,
     lasts: Vector,
     p: Vector,
     active: Int64,
@@ -310,30 +314,29 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     Innovations are whitened. The state begins anew where a segment does.
 
     `since`, `heat` (n): see `Record`; `dt` (n): s to the next sample; `voltage` (n): V, held as long; `unsure` (n): its
-    variance beyond the reading's noise, V^2; `temperature` (n): degC; `level` (n): share added to friction;
-    `readings` (n, 3), NaN where there is none; `lasts` (n): share of the motor's rounding error that the next sample
-    has, too. `active`: indices of the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n, 3):
-    innovations in their standard deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both
-    are lowered where an innovation is large. With `is_kept` also `slopes` (n, 3): of the readings by their state,
-    `gains` (n, 3, `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and
-    `ahead` (n, `SIZE`), the next sample's state as predicted, `levels` (n): share added to friction on the way there by
-    effects, too, and `noises` (n, 3, 2): variances of the readings' noise,
-    all of it and what the clock's jitter adds. `covariances` (n or 0, `SIZE`, `SIZE`): after the
-    readings; `spreads`, of the same length: the next sample's as predicted.
+    variance beyond the reading's noise, V^2; `temperature` (n): degC; `level` (n): share added to friction; `readings`
+    (n, 3), NaN where there is none; `later` (n, 3): how long behind the sample each was true, s; `lasts` (n): share of
+    the motor's rounding error that the next sample has, too. `active`: indices of the effects in `p`. `states` (n,
+    `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard deviations; `roots` (n, 3): what 1 of
+    a reading is of it, 0 where none was read. Both are lowered where an innovation is large. With `is_kept` also
+    `slopes` (n, 3, 3): of the readings by their own state, the velocity and the disturbance voltage, `gains` (n, 3,
+    `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and `ahead` (n,
+    `SIZE`), the next sample's state as predicted, `levels` (n): share added to friction on the way there by effects,
+    too, and `noises` (n, 3, 2): variances of the readings' noise, all of it and what the clock's jitter adds.
+    `covariances` (n or 0, `SIZE`, `SIZE`): after the readings; `spreads`, of the same length: the next sample's as
+    predicted.
     """
     x, cov = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     f, b, work = np.zeros((SIZE, SIZE)), np.zeros((SIZE, FORCES)), np.zeros((16, SIZE + 2))
     acting, added = np.zeros(ACTING), np.zeros((4, forces.ADDED))
     memory = forces.remembered(temperature[0], p)
-    delay, lag = forces.lateness(p)
-    begin(readings, 0, dt[0], s, p, x, cov)
+    begin(readings, later, 0, dt[0], s, p, x, cov)
     lost = 0
     totals[:] = 0.0
     for k in range(len(dt)):
         h = dt[k]
-        late = delay + forces.without_lag(lag, h)[1]
         if since[k] > 0.0 and k > 0:
-            begin(readings, k, h, s, p, x, cov)
+            begin(readings, later, k, h, s, p, x, cov)
             if math.isinf(since[k]):
                 memory[:] = forces.remembered(temperature[k], p)
             else:
@@ -347,24 +350,22 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             at = CURRENT if m == 0 else THETA
             roots[k, m] = whitened[k, m] = 0.0
             measured = readings[k, m]
-            arrives = forces.arrival(late, h) if m == 0 else 0
-            if arrives != 0:
-                inside = 0 <= k + arrives < len(dt) and not (since[k + 1 : k + arrives + 1] > 0.0).any()
-                measured = readings[k + arrives, m] if inside else math.nan
             if not math.isfinite(measured):
                 if is_kept:
                     gains[k, m, :] = 0.0
-                    slopes[k, m] = 0.0
+                    slopes[k, m, :] = 0.0
                 continue
             by = 2 if m == 0 else 1
             slope = 1.0 + added[by, forces.AT_CURRENT + m] / _STEP
             by_omega = by_voltage = 0.0
             expected = x[at] + added[0, forces.AT_CURRENT + m]
+            faster = 0.0
+            if later[k, m] != 0.0 and since[k] == 0.0:
+                faster = (x[OMEGA] - states[k - 1, OMEGA]) / h
             if m == 0:
                 noise = s[NOISE_CURRENT]
-                if late != 0.0:
-                    faster = (x[OMEGA] - states[k - 1, OMEGA]) / h if since[k] == 0.0 else 0.0
-                    then, share = _current_at(x, voltage[k], faster, arrives * h - late, p)
+                if later[k, m] != 0.0:
+                    then, share = _current_at(x, voltage[k], faster, later[k, m], p)
                     expected += then - x[CURRENT]
                     slope += share - 1.0
                     by_voltage = (share - 1.0) / p[RESISTANCE]
@@ -378,18 +379,21 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             else:
                 moves_by = x[OMEGA]
                 noise = s[NOISE_PLATE] + _edge(s[STEP_PLATE], s[LASTS_PLATE], x[OMEGA], h)
+            if m > 0 and later[k, m] != 0.0:
+                by_omega = later[k, m]
+                expected += by_omega * (x[OMEGA] + 0.5 * by_omega * faster)
             jitter = s[SCALE + m] * (s[JITTER] * moves_by) ** 2
             noise = s[SCALE + m] * noise + jitter
             error = measured - expected
             for i in range(SIZE):
-                work[15, i] = slope * cov[i, at]
+                work[15, i] = slope * cov[i, at] + by_omega * cov[i, OMEGA]
                 if m == 0:
-                    work[15, i] += by_omega * cov[i, OMEGA] + by_voltage * cov[i, VOLTAGE]
+                    work[15, i] += by_voltage * cov[i, VOLTAGE]
                 elif m == 1:
                     work[15, i] += cov[i, ROUNDING]
-            total = slope * work[15, at] + noise
+            total = slope * work[15, at] + by_omega * work[15, OMEGA] + noise
             if m == 0:
-                total += by_omega * work[15, OMEGA] + by_voltage * work[15, VOLTAGE]
+                total += by_voltage * work[15, VOLTAGE]
             elif m == 1:
                 total += work[15, ROUNDING]
             root = 1.0 / math.sqrt(total)
@@ -416,14 +420,14 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     cov[i, j] -= gain * work[15, j]
                     cov[j, i] = cov[i, j]
             if is_kept:
-                slopes[k, m] = slope
+                slopes[k, m, 0], slopes[k, m, 1], slopes[k, m, 2] = slope, by_omega, by_voltage
                 noises[k, m, 0], noises[k, m, 1] = noise, jitter
         lost = lost + 1 if is_lost else 0
         keep_bristle(x, p, acting[LEVEL])
         is_afresh = lost > _BURST or not math.isfinite(x[THETA] + cov[THETA, THETA])
         if is_afresh:
             totals[RESCUED] += 1.0
-            begin(readings, k, h, s, p, x, cov)
+            begin(readings, later, k, h, s, p, x, cov)
         for i in range(SIZE):
             states[k, i] = x[i]
         if len(covariances) > 0:

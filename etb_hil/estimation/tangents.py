@@ -159,6 +159,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     whitened: Float64,
     roots: Float64,
     slopes: Float64,
+    read: Float64,
     gains: Float64,
     moves: Float64,
     responses: Float64,
@@ -180,12 +181,12 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Their product with the innovations (c) is added up, too.
 
-    Along a filtered record (`since` to `levels`: see `kalman.run`). Base columns: `base` (b) are places of
-    parameters, `tied` (b) those of what moves along in proportion, -1 for none. Behind them effect columns (e):
-    `effects` their indices, `moved` (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 where it is there
-    without being moved; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none. `until`
-    (e): one behind the last of the effect columns with which a column's products are wanted; those with base columns
-    always are. `kept` (n or 0, 3, c): takes the sensitivities of all whitened innovations.
+    Along a filtered record (`since` to `levels`: see `kalman.run`; `read` (3, 2): see `forces.along`). Base columns:
+    `base` (b) are places of parameters, `tied` (b) those of what moves along in proportion, -1 for none. Behind them
+    effect columns (e): `effects` their indices, `moved` (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e):
+    1 where it is there without being moved; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1
+    for none. `until` (e): one behind the last of the effect columns with which a column's products are wanted; those
+    with base columns always are. `kept` (n or 0, 3, c): takes the sensitivities of all whitened innovations.
     """
     nb, ne = len(base), len(effects)
     c = nb + ne
@@ -197,14 +198,8 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     without, out = np.zeros((_BLOCK, forces.ADDED)), np.zeros(forces.ADDED)
     lacks = np.zeros((PARAMETERS, FORCES + 1))
     last, begin, until_k = len(dt) - 1, 0, 0
-    delay, lag = forces.lateness(p)
     for k in range(len(dt)):
         x = states[k]
-        by_voltage = 0.0
-        late = delay + forces.without_lag(lag, dt[k])[1]
-        if late != 0.0:
-            later = forces.arrival(late, dt[k]) * dt[k] - late
-            by_voltage = (math.exp(-p[RESISTANCE] * later / p[INDUCTANCE]) - 1.0) / p[RESISTANCE]
         if since[k] > 0.0:
             s[:] = 0.0
             for j in range(ne):
@@ -225,13 +220,13 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     one[:, -1 - effects[j]] = 1.0
                 else:
                     forces.along(
-                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, delay, lag,
+                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, read,
                         memories[j], moved[j], out, one,
                     )  # fmt: skip
                 if kinds[j]:
                     if j == 0 or effects[j] != effects[j - 1]:
                         forces.along(
-                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, delay, lag,
+                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, read,
                             plain[j], p, out, without,
                         )  # fmt: skip
                     one -= without
@@ -243,12 +238,10 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             root = roots[k, m]
             if root == 0.0:
                 continue
-            at, slope = (CURRENT if m == 0 else THETA), slopes[k, m]
+            at, (slope, by_omega, by_voltage) = (CURRENT if m == 0 else THETA), slopes[k, m]
             for j in range(c):
-                z[j] = slope * s[at, j]
-                if m == 0:
-                    z[j] += by_voltage * (p[BACK_EMF] * s[OMEGA, j] + s[VOLTAGE, j])
-                elif m == 1:
+                z[j] = slope * s[at, j] + by_omega * s[OMEGA, j] + by_voltage * s[VOLTAGE, j]
+                if m == 1:
                     z[j] += s[ROUNDING, j]
             for j in range(ne):
                 z[nb + j] += added[k - begin, forces.AT_CURRENT + m, j]

@@ -12,7 +12,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation.kalman import LARGE, LOST_AT, READINGS, ROUNDING, SIZE
-from etb_hil.estimation.throttle import CORRELATED, CURRENT, LOST, STATES, THETA, TORQUE, VOLTAGE
+from etb_hil.estimation.throttle import CORRELATED, CURRENT, LOST, OMEGA, STATES, THETA, TORQUE, VOLTAGE
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
 
@@ -107,16 +107,20 @@ def normal_of_variances(  # noqa: C901, PLR0912 (one loop over the samples)
             root = roots[k, m]
             if root == 0.0:
                 continue
-            at, slope, error = (CURRENT if m == 0 else THETA), slopes[k, m], whitened[k, m]
+            at, (slope, by_omega, by_voltage) = (CURRENT if m == 0 else THETA), slopes[k, m]
+            error = whitened[k, m]
             also = 1.0 if m == 1 else 0.0
             weight = min(LARGE * LARGE / (error * error), 1.0) if error != 0.0 else 1.0
             per = root * root / weight
             for i in range(SIZE):
                 for v in range(c):
-                    towards[i, v] = slope * spread[i, at, v] + also * spread[i, ROUNDING, v]
+                    towards[i, v] = slope * spread[i, at, v] + by_omega * spread[i, OMEGA, v]
+                    towards[i, v] += by_voltage * spread[i, VOLTAGE, v] + also * spread[i, ROUNDING, v]
             for v in range(c):
-                total[v] = slope * towards[at, v] + also * towards[ROUNDING, v]
-                row[v] = -root * (slope * moved[at, v] + also * moved[ROUNDING, v])
+                total[v] = slope * towards[at, v] + by_omega * towards[OMEGA, v] + by_voltage * towards[VOLTAGE, v]
+                total[v] += also * towards[ROUNDING, v]
+                row[v] = slope * moved[at, v] + by_omega * moved[OMEGA, v] + by_voltage * moved[VOLTAGE, v]
+                row[v] = -root * (row[v] + also * moved[ROUNDING, v])
             total[OF_JITTER] += noises[k, m, 1]
             if m != 1:
                 total[OF_CURRENT if m == 0 else OF_PLATE] += noises[k, m, 0]

@@ -34,7 +34,8 @@ _OF_PORT = {
     Port.BRIDGE_VOLTAGE: Component.SUPPLY,
     **dict.fromkeys((Port.CURRENT_READING, Port.CURRENT_SCALE), Component.CURRENT_SENSOR),
     **dict.fromkeys((Port.CURRENT_ZERO, Port.CURRENT_LATENESS), Component.CURRENT_SENSOR),
-    **dict.fromkeys((Port.ENCODER_ANGLE, Port.PLATE_READING), Component.ANGLE_SENSOR),
+    **dict.fromkeys((Port.MOTOR_SEEN, Port.MOTOR_LATENESS, Port.ENCODER_ANGLE), Component.ANGLE_SENSOR),
+    **dict.fromkeys((Port.PLATE_SEEN, Port.PLATE_LATENESS, Port.PLATE_READING), Component.ANGLE_SENSOR),
 }
 _OF_PARAMETER = {
     **dict.fromkeys(("resistance", "inductance", "back_emf_constant", "torque_constant"), Component.MOTOR),

@@ -99,7 +99,8 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
             state[SWING] += 0.05 * (now - state[SWING])
         state[PLATE] = plate
         if remembers:
-            sensing.pass_tick(state[EXTENDED_STATES:], plate if loose else state[THETA], state[CURRENT], p)
+            motor = state[THETA]
+            sensing.pass_tick(state[EXTENDED_STATES:], plate if loose else motor, motor, state[CURRENT], p)
     if not loose:
         state[PLATE] = state[THETA]
 
@@ -137,10 +138,11 @@ def told_current(state: Vector, temperature: float, p: Vector) -> float:
 def told_motor_angle(state: Vector, p: Vector) -> float:
     """Return what the encoder is given in rad.
 
-    The quantity is the motor's angle, unless its disc is off centre.
+    The quantity is the motor's angle, unless its disc is off centre, or the angle arrives late.
     """
-    angle = state[THETA] * p[GEAR_RATIO]
-    return sensing.motor_angle(angle, p) if len(state) > EXTENDED_STATES else angle
+    if len(state) > EXTENDED_STATES:
+        return sensing.motor_angle(state[EXTENDED_STATES:], p)
+    return state[THETA] * p[GEAR_RATIO]
 
 
 @njit(cache=True, error_model="numpy")

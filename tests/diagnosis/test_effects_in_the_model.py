@@ -11,7 +11,7 @@ from etb_hil.bench.simulation import Simulation
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.observer.compensation import Compensation
-from etb_hil.plant.effects import ports, readings, sensing
+from etb_hil.plant.effects import ports, readings
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import GEAR_RATIO
@@ -33,7 +33,7 @@ def test_readings_become_those_of_the_base_models_unit():
     p = EXTENDED.vector()
     angle = np.linspace(0.1, 1.4, 400)
     current = np.sin(7.0 * angle)
-    read = np.array([sensing.motor_angle(a * p[GEAR_RATIO], p) for a in angle]) / p[GEAR_RATIO]
+    read = readings.measured_angle(angle * p[GEAR_RATIO], p) / p[GEAR_RATIO]
     springs, plain = (np.array([ports.elastic_torque(a, 0.0, q) for a in angle]) for q in (p, MODEL.vector()))
     extra = np.array([ports.motor_torque(a, p) for a in angle]) + springs - plain
     true = current + extra / MODEL.values.torque_per_ampere

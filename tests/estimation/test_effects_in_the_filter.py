@@ -63,17 +63,34 @@ def test_a_current_that_comes_late_is_one_of_an_earlier_sample(late):
     assert true > filtered(seen, MODEL.vector(), LARGE).log_likelihood + 1000.0
 
 
+LATE = ("measurement_delay", "angle_delay", "motor_angle_delay", "plate_angle_delay")
+
+
 @pytest.mark.parametrize("rate", [1000, 2000])
+@pytest.mark.parametrize("id_", LATE)
 @pytest.mark.parametrize(("delay", "lag"), [(0.0, 1e-3), (0.0, 2.2e-3), (1.3e-3, 6e-3)])
-def test_behind_a_lag_a_current_has_its_noise_and_no_other_lag_is_as_likely(rate, delay, lag):
-    p = _with("measurement_delay", delay=delay, lag=lag)
+def test_behind_a_lag_no_other_lag_is_as_likely(rate, id_, delay, lag):
+    """A current keeps its noise; the noise of an angle is that of a data sheet, more than what it has here."""
+    p = _with(id_, delay=delay, lag=lag)
     seen, _ = driven(MODEL, p, rate)
-    others = [_with("measurement_delay", delay=delay, lag=by * lag) for by in (0.8, 1.25)]
+    others = [_with(id_, delay=delay, lag=by * lag) for by in (0.8, 1.25)]
     shorter, longer = (filtered(seen, other, SMALL).log_likelihood for other in others)
     found = filtered(seen, p, SMALL)
-    assert np.std(found.whitened[:, 0]) == pytest.approx(1.0, abs=0.25)
+    if id_ == "measurement_delay":
+        assert np.std(found.whitened[:, 0]) == pytest.approx(1.0, abs=0.25)
     assert found.log_likelihood > max(shorter, longer) + 25.0
-    assert found.log_likelihood > filtered(seen, _with("measurement_delay", delay=delay + lag), SMALL).log_likelihood
+    assert found.log_likelihood > filtered(seen, _with(id_, delay=delay + lag), SMALL).log_likelihood
+
+
+@pytest.mark.parametrize("id_", LATE[1:])
+@pytest.mark.parametrize("late", [0.1e-3, 0.5e-3, 3.3e-3])
+def test_an_angle_that_comes_late_is_one_of_an_earlier_sample(id_, late):
+    """Of 2 samples and more as of a tenth of one, the true delay is the likeliest, and moves nothing else."""
+    p = _with(id_, delay=late)
+    seen, truth = driven(MODEL, p, 1000)
+    shorter, true, longer = (filtered(seen, _with(id_, delay=by * late), SMALL) for by in (0.8, 1.0, 1.25))
+    assert true.log_likelihood > max(shorter.log_likelihood, longer.log_likelihood) + 25.0
+    assert np.std(true.states[200:, OMEGA] - truth[200:, 1]) < 0.01 * np.std(truth[200:, 1])
 
 
 def test_a_winding_warms_in_the_time_that_a_thinned_record_leaves_out():

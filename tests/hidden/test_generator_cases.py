@@ -37,7 +37,7 @@ def test_the_residual_lands_in_the_requested_band(name, level):
     assert low < _largest(make_case(21, (name,), level, seconds=20.0)) < high
 
 
-@pytest.mark.parametrize("name", [name for name in SINGLES + at.OUTSIDE if name not in QUICK])
+@pytest.mark.parametrize("name", [name for name in SINGLES + at.OUTSIDE + at.LATE_ANGLES if name not in QUICK])
 def test_every_effect_can_be_hidden_strong(name):
     case = make_case(22, (name,), "strong", seconds=20.0)
     assert _largest(case) > 5.0

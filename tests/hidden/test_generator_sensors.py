@@ -117,3 +117,24 @@ def test_play_lags_by_half_its_width_and_forgets_nothing(form):
     followed = play(np.concatenate([up, up[::-1]]), 0.02, form)
     assert followed[499] == pytest.approx(0.99, abs=1e-6)
     assert followed[-1] == pytest.approx(0.01, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("row", "roles"),
+    [
+        (at.ANGLE_DELAY, ("motor_angle", "throttle_angle")),
+        (at.MOTOR_DELAY, ("motor_angle",)),
+        (at.PLATE_DELAY, ("throttle_angle",)),
+    ],
+)
+def test_a_late_angle_is_the_angle_some_rows_before(row, roles):
+    rig = set_up(2, "rich", 5.0, 2000)
+    effects, steady = no_effects(), Sensors(jitter=0.0, plate_noise=0.0)
+    in_time = rig.record(effects, steady)
+    effects[row, at.STRENGTH], effects[row, at.FORM] = 2e-3, 0.0
+    late = rig.record(effects, steady)
+    steps = {"motor_angle": 2.0 * np.pi / steady.motor_counts, "throttle_angle": steady.plate_step}
+    for role in roles:
+        assert np.abs(late[role][4:] - in_time[role][:-4]).max() <= 1.001 * steps[role]
+    for other in {"motor_current", "motor_angle", "throttle_angle"} - set(roles):
+        assert np.array_equal(late[other], in_time[other])

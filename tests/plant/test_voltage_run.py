@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
@@ -47,10 +48,16 @@ def test_every_effect_changes_what_the_sensors_tell(id_, healthy):
     assert apart["plate"] > 1e-4 or apart["motor"] > 1e-4 * GEAR or apart["current"] > 1e-3, apart
 
 
+LATE = {
+    "measurement_delay": ("current",),
+    "angle_delay": ("motor", "plate"),
+    "motor_angle_delay": ("motor",),
+    "plate_angle_delay": ("plate",),
+}
 SENSED = ("current_sensor_gain", "current_sensor_offset", "angle_sensor_eccentricity", "sensor_hysteresis")
 
 
-@pytest.mark.parametrize("id_", [*SENSED, "measurement_delay"])
+@pytest.mark.parametrize("id_", [*SENSED, *LATE])
 def test_a_sensors_effect_leaves_the_motion_alone(id_):
     run = [run_voltage(model, TIME_NS, VOLTAGE, MODEL.values.limp_home, DEGREES) for model in (MODEL, _unit(id_))]
     np.testing.assert_allclose(run[1].velocity, run[0].velocity, atol=1e-6)
@@ -62,6 +69,28 @@ def test_the_plate_is_not_where_the_motor_is(id_, healthy):
     start = MODEL.values.limp_home
     assert np.ptp(healthy["motor"] / GEAR + start - healthy["plate"]) < 1e-12
     assert np.ptp(found["motor"] / GEAR + start - found["plate"]) > 1e-3
+
+
+@pytest.mark.parametrize("id_", LATE)
+def test_what_is_read_late_was_there_earlier(id_, healthy):
+    """The reading 3 ms later is the one of a sensor in time; no other sensor is late."""
+    entry = EffectEntry(id=id_, strengths={"delay": "0.003 s", "lag": "0 s"})
+    found = _columns(replace(MODEL, effects=(entry,)))
+    for one, values in found.items():
+        late = 3 if one in LATE[id_] else 0
+        np.testing.assert_allclose(values[late:], healthy[one][: len(values) - late], atol=1e-9)
+
+
+@pytest.mark.parametrize("id_", LATE)
+def test_behind_a_lag_a_reading_is_that_of_a_filter(id_, healthy):
+    """Simulated by scipy's own solver of a first-order lag of 4 ms."""
+    entry = EffectEntry(id=id_, strengths={"delay": "0 s", "lag": "0.004 s"})
+    found = _columns(replace(MODEL, effects=(entry,)))
+    for name in LATE[id_]:
+        away = healthy[name] - healthy[name][0]
+        _, read, _ = lsim(([1.0], [0.004, 1.0]), away, TIME_NS * 1e-9)
+        apart = found[name] - healthy[name][0] - read
+        assert np.sqrt(np.mean(apart**2)) < 0.02 * np.sqrt(np.mean((away - read) ** 2))
 
 
 def test_heat_is_the_housings_at_every_instant():

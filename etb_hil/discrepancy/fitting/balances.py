@@ -26,6 +26,7 @@ from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import readings
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.layout import extended
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -147,7 +148,7 @@ class Balances:
         # would stand there. What is nearer than an encoder's jitter is at the samples.
         before *= before**2 / (before**2 + (_AT_SAMPLES * self.measured.dt) ** 2)
         # Steps that come before their samples are seen as by a current that is read ahead of them.
-        s, (delay, lag) = self.spectrum.s, readings.late_by(p)
+        s, (delay, lag) = self.spectrum.s, readings.late_by(Port.CURRENT_LATENESS, p)
         missed = missed_by_samples(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], delay - before, lag)
         return self._samples * np.exp(before * s) * missed
 
@@ -173,11 +174,13 @@ class Balances:
 
     def _place(self, truth: _Truth, p: Vector) -> Complex128:
         """Return the in-band spectrum of the plate's angle as its sensor reads it."""
+        late = readings.lateness(Port.PLATE_LATENESS, self.spectrum.s, p)
         place, _ = truth.walk.plate(p)
         if place is truth.angle and not readings.has_plate_errors(p):
-            return truth.smooth_spectrum
+            return truth.smooth_spectrum if late is None else late * truth.smooth_spectrum
         key = readings.key(p) + truth.walk.plate_key(p)
-        return self._places.of(key, lambda: self.spectrum.of(readings.measured_plate(place, p)))
+        found = self._places.of(key, lambda: self.spectrum.of(readings.measured_plate(place, p)))
+        return found if late is None else late * found
 
     def judged_groups(self) -> NDArray[np.int64]:
         """Return the group (3 m) of each sample, -1 where it cannot be judged."""
@@ -193,6 +196,10 @@ class Balances:
         truth = self._truth(p)
         return truth.angle, truth.velocity
 
+    def current(self, p: Vector) -> Float64:
+        """Return the current (n) before its sensor; NaN where none was measured."""
+        return self._truth(p).current if self.measured.current is not None else np.full(len(self.measured), np.nan)
+
     def _current_from_voltage(self, truth: _Truth, p: Vector) -> tuple[Float64, Complex128]:
         s = self.spectrum.s
         inside = (self._voltage - p[BACK_EMF] * s * truth.angle_spectrum) / (p[RESISTANCE] + p[INDUCTANCE] * s)
@@ -207,6 +214,14 @@ class Balances:
         m, spectrum = self.measured, self.spectrum
         angle = readings.true_angle(m.angle * self.gear, p) / self.gear
         whole = spectrum.all_of(angle)
+        delay, lag = readings.late_by(m.lateness_of_angle, p)
+        if delay != 0.0 or lag != 0.0:
+            s, time = spectrum.all_s, m.dt * np.arange(len(m))
+            # Edges of an encoder that ring, or that a lag's inverse makes larger, would shake bristles: an angle goes
+            # straight between samples, a lag is a delay at first, and what it is beside that is smooth.
+            earlier = whole * np.exp(s * (delay + lag))
+            whole = whole * np.exp(s * delay) * (1.0 + s * lag)
+            angle = np.interp(time + delay + lag, time, angle) + spectrum.smoothed(whole - earlier)
         smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
         inside = whole[: spectrum.bins]
         smooth_spectrum = spectrum.of(smooth)
@@ -216,7 +231,7 @@ class Balances:
             return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, walk)
         current = readings.true_current(m.current, m.temperature, p)
         current_spectrum = spectrum.all_of(current)
-        late = readings.lateness(spectrum.all_s, p)
+        late = readings.lateness(Port.CURRENT_LATENESS, spectrum.all_s, p)
         if late is not None:
             # Beyond the band the inverse of a lag would only raise noise.
             late[spectrum.bins :] = 1.0

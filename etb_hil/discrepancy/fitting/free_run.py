@@ -12,6 +12,7 @@ from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.unknowns import simulable
 from etb_hil.plant.effects import readings
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.physics import Vector
@@ -73,10 +74,12 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int,
     out = np.empty((samples, 2))
     _run(
         begin_at.copy(), p, b.free_voltage[part], m.temperature[part], angle[part], velocity[part],
-        _true_current(b, p)[part], round(m.dt / TICK), every, out,
+        b.current(p)[part], round(m.dt / TICK), every, out,
     )  # fmt: skip
-    sensed = readings.measured_current(out[:, 1], m.temperature[part], p)
-    return readings.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
+    current = readings.arrived(out[:, 1], m.dt, Port.CURRENT_LATENESS, p)
+    angle = readings.arrived(out[:, 0], m.dt, m.lateness_of_angle, p)
+    sensed = readings.measured_current(current, m.temperature[part], p)
+    return readings.measured_angle(angle * b.gear, p) / b.gear, sensed
 
 
 def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int) -> Float64:
@@ -90,14 +93,6 @@ def trace(b: Balances, p: Vector, begin: int, samples: int | None = None) -> Flo
     return _segment(b, p, begin, begin_at, samples or round(SEGMENT_S * b.measured.rate), 0)[0]
 
 
-def _true_current(b: Balances, p: Vector) -> Float64:
-    """Return the current (n) before its sensor; NaN where none was measured."""
-    m = b.measured
-    if m.current is None:
-        return np.full(len(m), np.nan)
-    return readings.true_current(m.current, m.temperature, p)
-
-
 def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
     """Return the state (begins, states) at some samples after following the motion."""
     m = b.measured
@@ -106,7 +101,7 @@ def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
     state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
     found = np.empty((len(begins), len(state)))
     _lead(
-        state, p, b.free_voltage, m.temperature, angle, velocity, _true_current(b, p), round(m.dt / TICK), begins,
+        state, p, b.free_voltage, m.temperature, angle, velocity, b.current(p), round(m.dt / TICK), begins,
         found,
     )  # fmt: skip
     return found

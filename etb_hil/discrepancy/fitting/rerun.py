@@ -13,6 +13,7 @@ from etb_hil.discrepancy.fitting.unknowns import simulable
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import current_in_samples, until_next
 from etb_hil.plant.effects import readings
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.model_file import Sensors
@@ -35,11 +36,13 @@ def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
     samples[:, 0] += np.gradient(samples[:, 0]) * m.rate * balances.jitter * noise[3]
     voltage = _rounded(samples[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
     gear = balances.gear
-    motor = readings.measured_angle(samples[:, 0] * gear, p)
-    plate = None if m.plate is None else _plate(readings.measured_plate(samples[:, 2], p), sensors, noise[2])
+    seen = readings.arrived(samples[:, 0], m.dt, m.lateness_of_angle, p)
+    plates = readings.arrived(samples[:, 2], m.dt, Port.PLATE_LATENESS, p)
+    plate = None if m.plate is None else _plate(readings.measured_plate(plates, p), sensors, noise[2])
     if m.is_plates:
-        angle = _plate(samples[:, 0], sensors, noise[2])
+        angle = _plate(seen, sensors, noise[2])
     else:
+        motor = readings.measured_angle(seen * gear, p)
         grid = m.angle_noise * np.sqrt(12.0) * gear
         angle = (np.floor(motor / grid) + 0.5) * grid / gear
     current = None
@@ -52,13 +55,13 @@ def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
 def _late(balances: Balances, samples: Float64, p: Vector) -> Float64:
     """Return the current (n) as it is read late, with its bends between samples."""
     spectrum, dt = balances.spectrum, balances.measured.dt
-    late = readings.lateness(spectrum.all_s, p)
+    late = readings.lateness(Port.CURRENT_LATENESS, spectrum.all_s, p)
     if late is None:
         return samples[:, 1]
     driven = spectrum.all_of(until_next(samples[:, 3], balances.is_open))
     bends, read = (
         driven * current_in_samples(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by)
-        for by in ((), readings.late_by(p))
+        for by in ((), readings.late_by(Port.CURRENT_LATENESS, p))
     )
     return spectrum.signal(late * (spectrum.all_of(samples[:, 1]) - bends) + read)
 

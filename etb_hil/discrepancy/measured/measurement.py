@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.model_file import Sensors
 
 Float64 = NDArray[np.float64]
@@ -52,6 +53,11 @@ class Measurement:
     def motor_and_plate(self) -> tuple[Float64, Float64 | None]:
         """The motor's angle (n) and the plate's; a single one comes first."""
         return (self.angle, self.plate) if self.encoder is None else (self.encoder, self.angle)
+
+    @property
+    def lateness_of_angle(self) -> Port:
+        """The port of the lateness of `angle`."""
+        return Port.PLATE_LATENESS if self.is_plates else Port.MOTOR_LATENESS
 
     def role(self, name: str) -> str:
         """Return the role of a signal of the motor or the plate."""

@@ -74,6 +74,10 @@ class Spectrum:
         acceleration = np.fft.irfft(spectrum * self._gentle * self.all_s**2, self.padded)[: self.count]
         return angle, velocity, acceleration
 
+    def smoothed(self, spectrum: Complex128) -> Float64:
+        """Return the signal (n) of a whole spectrum, smoothed as an angle that trembles is."""
+        return self.signal(spectrum * self._calm)
+
     def signal(self, spectrum: Complex128) -> Float64:
         """Return the signal (n) of a whole spectrum."""
         return np.fft.irfft(spectrum, self.padded)[: self.count]

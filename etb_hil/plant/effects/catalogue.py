@@ -22,7 +22,7 @@ from etb_hil.plant.effects.port import FRICTION_STATE_ASKS, START_ASKS, STATE_AS
 # What serves the effects and is none; every other module of the package is an effect.
 _SERVING = {
     "__init__", "catalogue", "compose", "contract", "curves", "effect", "entries", "laws", "layout", "outside", "port",
-    "backlash_contact", "ports", "readings", "sensing",
+    "backlash_contact", "late_reading", "ports", "readings", "sensing",
 }  # fmt: skip
 
 

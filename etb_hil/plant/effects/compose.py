@@ -21,6 +21,7 @@ from etb_hil.plant.values import ThrottleParameters
 BASE = {field.name: place for place, field in enumerate(fields(ThrottleParameters))}
 
 Made = Callable[..., Any]
+Begins = Mapping[tuple[str, Port], int]  # where the memory of an effect's sensor begins, at a port
 
 
 def port_arguments(port: Port) -> tuple[str, ...]:
@@ -98,22 +99,23 @@ def starts(effects: Iterable[Effect], *, is_open: bool = False) -> Made:
     return _made("starts", takes, [*lines, "return value"], scope)
 
 
-def sensor_steps(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> Made:
+def sensor_steps(effects: Iterable[Effect], port: Port, begins: Begins) -> Made:
     """Return a compiled function that moves the memory of sensors by 50 us.
 
-    The sensors are those at a port; `begins` is where the memory of each begins.
+    The sensors are those at a port.
     """
     scope: dict[str, Any] = {}
     lines = []
     for effect in effects:
         if effect.sensor is not None and effect.acts_at(port):
             scope[effect.id] = compiled(effect.sensor.step)
-            own = {"memory": _memory(effect, begins)}
-            lines.append(f"{effect.id}({_passed(effect, effect.sensor.step, ('travel', 'current'), own)})")
+            own = {"memory": _memory(effect, port, begins)}
+            call = f"{effect.id}({_passed(effect, effect.sensor.step, ('travel', 'current'), own)})"
+            lines.append(f"if {_is_there(effect)}: {call}")
     return _made("sensor_steps", ("memory", "travel", "current", "p"), [*lines, "return"], scope)
 
 
-def sensed(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> Made:
+def sensed(effects: Iterable[Effect], port: Port, begins: Begins) -> Made:
     """Return a compiled function that reads a sensor with memory.
 
     The function is (value, memory, parameters) -> reading.
@@ -123,8 +125,8 @@ def sensed(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> 
     for effect in effects:
         for function in effect.at(port):
             scope[effect.id] = compiled(function)
-            own = {port.asks[0]: "value", "memory": _memory(effect, begins)}
-            lines.append(f"value = {effect.id}({_passed(effect, function, (), own)})")
+            own = {port.asks[0]: "value", "memory": _memory(effect, port, begins)}
+            lines.append(f"if {_is_there(effect)}: value = {effect.id}({_passed(effect, function, (), own)})")
     return _made("sensed", ("value", "memory", "p"), [*lines, "return value"], scope)
 
 
@@ -162,9 +164,10 @@ def _passed(effect: Effect, function: Function, asks: Iterable[str], own: Mappin
     return ", ".join(known[name] for name in arguments(function))
 
 
-def _memory(effect: Effect, begins: Mapping[str, int]) -> str:
+def _memory(effect: Effect, port: Port, begins: Begins) -> str:
     assert effect.sensor is not None  # noqa: S101 (asked of sensors with a memory alone)
-    return f"memory[{begins[effect.id]}:{begins[effect.id] + effect.sensor.size}]"
+    first = begins[effect.id, port]
+    return f"memory[{first}:{first + effect.sensor.size}]"
 
 
 def _is_there(effect: Effect) -> str:

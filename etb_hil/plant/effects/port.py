@@ -49,8 +49,12 @@ class Port(Enum):
     CURRENT_READING = ("current that reaches the sensor", "A", Combine.CHAIN, ("current", "memory"), False)
     CURRENT_SCALE = ("share added to the current's reading", "1", Combine.PRODUCT, ("temperature",), False)
     CURRENT_ZERO = ("current that the sensor reads at none", "A", Combine.SUM, ("temperature",), False)
-    CURRENT_LATENESS = ("delay and time constant of the current's reading", "s", Combine.EXCLUSIVE, (), False)
+    CURRENT_LATENESS = ("delay and time constant of the current's reading", "s", Combine.CHAIN, ("lateness",), False)
+    MOTOR_SEEN = ("motor angle that reaches the encoder", "rad", Combine.CHAIN, ("theta", "memory"), False)
+    MOTOR_LATENESS = ("delay and time constant of the motor angle's reading", "s", Combine.CHAIN, ("lateness",), False)
     ENCODER_ANGLE = ("motor angle that the encoder reads", "rad", Combine.CHAIN, ("angle",), False)
+    PLATE_SEEN = ("plate angle that reaches its sensor", "rad", Combine.CHAIN, ("plate", "memory"), False)
+    PLATE_LATENESS = ("delay and time constant of the plate angle's reading", "s", Combine.CHAIN, ("lateness",), False)
     PLATE_READING = ("plate angle that its sensor reads", "rad", Combine.CHAIN, ("plate", "memory"), False)
 
     def __init__(self, says: str, unit: str, combine: Combine, asks: tuple[str, ...], has_states: bool) -> None:
@@ -59,7 +63,12 @@ class Port(Enum):
     @property
     def is_open(self) -> bool:
         """Whether effects from outside may have terms there."""
-        return self.combine is not Combine.EXCLUSIVE and "memory" not in self.asks
+        return self.combine is not Combine.EXCLUSIVE and not {"memory", "lateness"} & set(self.asks)
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether its terms take what a sensor remembers; each such port has a memory of its own."""
+        return "memory" in self.asks
 
     @property
     def index(self) -> int:
@@ -76,8 +85,8 @@ DRAG = (Port.MOTOR_TORQUE, Port.DRAG_TORQUE)
 MOTOR_CONSTANT = (Port.TORQUE_SHARE, Port.BACK_EMF_SHARE)
 VOLTAGE = (Port.MOTOR_VOLTAGE, Port.BRIDGE_VOLTAGE, Port.RESISTANCE_SHARE)
 READINGS = (
-    Port.CURRENT_READING, Port.CURRENT_SCALE, Port.CURRENT_ZERO, Port.CURRENT_LATENESS, Port.ENCODER_ANGLE,
-    Port.PLATE_READING,
+    Port.CURRENT_READING, Port.CURRENT_SCALE, Port.CURRENT_ZERO, Port.CURRENT_LATENESS, Port.MOTOR_SEEN,
+    Port.MOTOR_LATENESS, Port.ENCODER_ANGLE, Port.PLATE_SEEN, Port.PLATE_LATENESS, Port.PLATE_READING,
 )  # fmt: skip
 
 # What moves a state from one instant to the next; a friction state knows the motion and the temperature alone.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from etb_hil.plant.effects import sensing
 from etb_hil.plant.effects.catalogue import acting_at, places_at, strengths_at
@@ -62,28 +63,44 @@ def without_zero(p: Vector) -> Vector:
     return found
 
 
-def late_by(p: Vector) -> tuple[float, float]:
-    """Return the delay and the time constant in s of the current's reading."""
-    for effect in acting_at(Port.CURRENT_LATENESS):
-        (function,) = effect.at(Port.CURRENT_LATENESS)
-        delay, lag = called(effect, function, p)
-        return float(delay), float(lag)
-    return 0.0, 0.0
+def late_by(port: Port, p: Vector) -> tuple[float, float]:
+    """Return the delay and the time constant in s of a reading, by the port of its lateness."""
+    found = 0.0, 0.0
+    for effect in acting_at(port):
+        for function in effect.at(port):
+            found = called(effect, function, p, lateness=found)
+    return float(found[0]), float(found[1])
 
 
-def lateness(s: NDArray[np.complex128], p: Vector) -> NDArray[np.complex128] | None:
-    """Return the measured current's spectrum over the true one's.
+def lateness(port: Port, s: NDArray[np.complex128], p: Vector) -> NDArray[np.complex128] | None:
+    """Return a measured signal's spectrum over the true one's.
 
-    The ratio is taken at s = j omega; None where nothing is late.
+    The ratio is taken at s = j omega; None where nothing is late. The port is that of the signal's lateness.
     """
-    delay, lag = late_by(p)
+    delay, lag = late_by(port, p)
     if delay == 0.0 and lag == 0.0:
         return None
     return np.exp(-s * delay) / (1.0 + s * lag)
 
 
+def arrived(values: Vector, dt: float, port: Port, p: Vector) -> Vector:
+    """Return what arrives of a signal (n), sampled each dt s, by the port of its lateness.
+
+    It goes straight from sample to sample, and was constant before the first one.
+    """
+    delay, lag = late_by(port, p)
+    if delay != 0.0:
+        time = dt * np.arange(len(values))
+        values = np.interp(time - delay, time, values)
+    if lag > 0.0:  # Franklin, Powell and Workman 1998: the triangle-hold equivalent
+        share, ratio = np.exp(-dt / lag), lag / dt
+        now, before = 1.0 - ratio * (1.0 - share), ratio * (1.0 - share) - share
+        values, _ = lfilter([now, before], [1.0, -share], values, zi=[(share + before) * values[0]])
+    return values
+
+
 def measured_angle(angle: Vector, p: Vector) -> Vector:
-    """Return what the encoder makes of a motor angle (n) in rad."""
+    """Return what the encoder makes of a motor angle (n) in rad, but for its lateness."""
     if p[strengths_at(Port.ENCODER_ANGLE)].any():
         for effect in acting_at(Port.ENCODER_ANGLE):
             for function in effect.at(Port.ENCODER_ANGLE):
@@ -92,7 +109,7 @@ def measured_angle(angle: Vector, p: Vector) -> Vector:
 
 
 def true_angle(angle: Vector, p: Vector) -> Vector:
-    """Return the motor angle in rad behind a measured one (n)."""
+    """Return the motor angle in rad behind a measured one (n), but for its lateness."""
     true = angle
     for _ in range(_ROUNDS):  # the error's slope is far below one
         seen = measured_angle(true, p)
@@ -103,10 +120,10 @@ def true_angle(angle: Vector, p: Vector) -> Vector:
 
 
 def has_plate_errors(p: Vector) -> bool:
-    """Tell whether the plate sensor tells other than what is."""
+    """Tell whether the plate sensor reads other than what reaches it."""
     return bool(p[strengths_at(Port.PLATE_READING)].any())
 
 
 def measured_plate(plate: Vector, p: Vector) -> Vector:
-    """Return what the sensor makes of a plate angle (n) in rad."""
+    """Return what the sensor makes of a plate angle (n) in rad, but for its lateness."""
     return sensing.plates(plate, p) if has_plate_errors(p) else plate

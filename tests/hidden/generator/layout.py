@@ -94,7 +94,9 @@ OUTSIDE = (
     "current_sensor_curvature",
     "plate_sensor_curvature",
 )
-EFFECTS = CATALOGUE + OUTSIDE
+# Of the tool's catalogue too, hidden by name alone: pairs that are drawn from a seed stay what they were.
+LATE_ANGLES = ("angle_delay", "motor_angle_delay", "plate_angle_delay")
+EFFECTS = CATALOGUE + OUTSIDE + LATE_ANGLES
 ROW = {name: row for row, name in enumerate(EFFECTS)}
 (
     FRICTION_PERIODIC,
@@ -137,6 +139,9 @@ ROW = {name: row for row, name in enumerate(EFFECTS)}
     SPRING_HEAT,
     CURRENT_CURVATURE,
     PLATE_CURVATURE,
+    ANGLE_DELAY,
+    MOTOR_DELAY,
+    PLATE_DELAY,
 ) = range(len(EFFECTS))
 
 # Each effect's row: its strength, the variant of its shape, then shape parameters of its own.

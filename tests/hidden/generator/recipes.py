@@ -139,6 +139,9 @@ RECIPES = {
     "plate_sensor_curvature": Recipe(
         0.001, 0.03, "rad", 1, False, True, shape=lambda r, _: (r.uniform(2.0, 5.0), _phase(r))
     ),
+    "angle_delay": Recipe(0.0005, 0.02, "s", 2, False, True),
+    "motor_angle_delay": Recipe(0.0005, 0.02, "s", 2, False, True),
+    "plate_angle_delay": Recipe(0.0005, 0.02, "s", 2, False, True),
 }
 
 # Effects that are collinear with a base parameter: only a part outside the parameter's tolerance can be named.

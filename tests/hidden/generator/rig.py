@@ -13,6 +13,7 @@ from generator.sensors import Sensors, measure
 from generator.surroundings import surround
 from generator.unit import draw_nominal, draw_unit, vector
 
+_LATE = [at.DELAY, at.ANGLE_DELAY, at.MOTOR_DELAY, at.PLATE_DELAY]
 _READS_ONLY = [at.ROW[name] for name, recipe in RECIPES.items() if recipe.reads_only]
 
 
@@ -45,8 +46,8 @@ class Rig:
         """True record; kept while only sensor effects change."""
         moving = effects.copy()
         moving[_READS_ONLY] = 0.0
-        # A late current is read between the rows.
-        finer = 4 if effects[at.DELAY, at.STRENGTH] != 0.0 and self.rate <= 2000 else 1
+        # What is late is read between the rows.
+        finer = 4 if effects[_LATE, at.STRENGTH].any() and self.rate <= 2000 else 1
         if self._motion and self._motion[0] == finer and np.array_equal(self._motion[1], moving):
             return self._motion[2]
         rows = simulate(self.inputs, self.parameters, effects, self.gains, self.rate * finer)

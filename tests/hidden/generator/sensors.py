@@ -31,19 +31,21 @@ ROLES = ("time", "motor_voltage", "motor_current", "motor_angle", "throttle_angl
 def measure(rows, rate, inputs, p, e, sensors, rng):
     """Sample the true record at `rate`, Hz: a dict of columns by role, SI (temperature in degC).
 
-    `rows` may be finer than `rate` by a whole number, which a delayed current needs.
+    `rows` may be finer than `rate` by a whole number, which what is late needs.
     """
     fine = round(len(rows) / (len(inputs) * rate * CONTROL_PERIOD))
     current = _current(rows[:, at.LOG_CURRENT], rate * fine, inputs, e)[::fine]
+    motor = _angle(rows[:, at.LOG_ANGLE], rate * fine, e, at.MOTOR_DELAY)[::fine]
+    plate = _angle(rows[:, at.LOG_PLATE], rate * fine, e, at.PLATE_DELAY)[::fine]
     rows = rows[::fine]
     count = len(rows)
     late = np.clip(rng.normal(0.0, sensors.jitter, count), -4.0 * sensors.jitter, 4.0 * sensors.jitter)
     slipped = rng.uniform(size=(2, 12))
     noise = rng.standard_normal((4, count))
     warm = np.repeat(inputs[:, at.IN_TEMPERATURE], max(1, round(rate * CONTROL_PERIOD)))[:count]
-    motor = p[at.N] * (rows[:, at.LOG_ANGLE] + rows[:, at.LOG_VELOCITY] * late)
+    motor = p[at.N] * (motor + rows[:, at.LOG_VELOCITY] * late)
     motor = _motor_angle(motor, slipped, e)
-    plate = _plate_angle(rows[:, at.LOG_PLATE] + rows[:, at.LOG_PLATE_VELOCITY] * late, e)
+    plate = _plate_angle(plate + rows[:, at.LOG_PLATE_VELOCITY] * late, e)
     grid = 2.0 * np.pi / sensors.motor_counts
     return {
         "time": np.arange(count) / rate,
@@ -64,16 +66,25 @@ def _rounded(values, step):
     return np.round(values / step) * step + 0.0  # and no minus zero
 
 
+def _late(values, rate, row):
+    """A signal that was constant before its first value: delayed, or behind a filter of the first order."""
+    if row[at.STRENGTH] == 0.0:
+        return values
+    if row[at.FORM] == 1.0:
+        keep = np.exp(-1.0 / (rate * row[at.STRENGTH]))
+        return values[0] + lfilter([1.0 - keep], [1.0, -keep], values - values[0])
+    t = np.arange(values.size) / rate
+    return np.interp(t - row[at.STRENGTH], t, values)
+
+
+def _angle(angle, rate, e, own):
+    """An angle that is late as all are, and by its own row of the effects' table."""
+    return _late(_late(angle, rate, e[at.ANGLE_DELAY]), rate, e[own])
+
+
 def _current(current, rate, inputs, e):
     """The current as its amplifier gives it: late, scaled, shifted or bent."""
-    row = e[at.DELAY]
-    if row[at.STRENGTH] != 0.0:
-        if row[at.FORM] == 1.0:
-            keep = np.exp(-1.0 / (rate * row[at.STRENGTH]))
-            current = lfilter([1.0 - keep], [1.0, -keep], current)
-        else:
-            t = np.arange(current.size) / rate
-            current = np.interp(t - row[at.STRENGTH], t, current)
+    current = _late(current, rate, e[at.DELAY])
     current = current + e[at.CURRENT_CURVATURE, at.STRENGTH] * current * np.abs(current)
     current = current * (1.0 + e[at.CURRENT_GAIN, at.STRENGTH])
     row = e[at.CURRENT_OFFSET]
