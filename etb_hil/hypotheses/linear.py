@@ -25,7 +25,8 @@ from etb_hil.recording.samples import Float64, Int64
 class Start:
     """Where the fit of a hypothesis begins, with its linear evidence in nats.
 
-    `origin`: the fitted model in the hypothesis' shape, from which the linear step goes.
+    `origin`: the fitted model in the hypothesis' shape, from which the linear step goes; `parameters` themselves where
+    no such step leads to them.
     """
 
     ids: tuple[str, ...]

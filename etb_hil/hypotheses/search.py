@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from etb_hil.hypotheses.constants import (
     FITTED,
     GAIN,
     GIVES_WAY,
+    HALVINGS,
     HOPELESS,
     LEAST_STEP,
     LIKELIEST,
@@ -35,6 +37,7 @@ from etb_hil.hypotheses.constants import (
     PARAMETER,
     PARTS,
     SEARCHED,
+    STARTED,
 )
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift, bench_unknowns, with_room, with_terms
@@ -299,9 +302,9 @@ def _fitted_from(
     tried: list[tuple[tuple[str, ...], Fitted]] = []
     for start in starts:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
-        p = _beginning(record, before, start)
+        p, disturbance = _beginning(record, before, start)
         unknowns = unknowns_with(record, before, start.ids, p, effects)
-        begin = begun(record, p, unknowns, _likelier_disturbance(record, before, p))
+        begin = begun(record, p, unknowns, disturbance)
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
     found: list[Hypothesis] = []
     for ids_, begin in _hopeful(before, tried):
@@ -328,53 +331,100 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
 
 
 def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
-    """Return a start of a fit, or a likelier one to which no slope leads.
-
-    Starts are compared under the disturbances that a first fit begins with. Those of a fit that lacks the cause are
-    larger, and hide how much the starts differ.
-    """
-    tried = [start.parameters]
-    for place, value in _elsewhere_of(record, start.ids, effects):
-        tried.append(start.origin.copy())
-        tried[-1][place] = value
-    if len(tried) == 1:
+    """Return a start of a fit, or a likelier one to which no slope leads."""
+    if (effect := effects.get(start.ids[0])) is None:
+        p = max([start.parameters, *_stops_elsewhere(record, start)], key=lambda one: _first_likelihood(record, one))
+    elif not (tried := _strengths_elsewhere(start.origin, _as_stated(start.origin, before.unknowns), effect=effect)):
         return start
-    p = max(tried, key=lambda one: filtered(record, one, first_disturbance(one)).log_likelihood)
+    else:
+        some = record.thinned(STARTED, PARTS)
+        p = max([start.parameters, *tried], key=lambda one: _first_likelihood(some, one))
+        if p is not start.parameters:
+            p = _nearer(some, p, effect)
     if p is start.parameters:
         return start
     likeliest = filtered(record, p, _likelier_disturbance(record, before, p)).log_likelihood
     gains = likeliest - before.filtered.log_likelihood
-    return Start(start.ids, start.origin, p, max(start.evidence, gains))
+    return Start(start.ids, p, p, max(start.evidence, gains))
 
 
-def _elsewhere_of(record: Record, ids: tuple[str, ...], effects: Mapping[str, Effect]) -> Iterator[tuple[int, float]]:
-    """Return places of a hypothesis, and values there to which no slope leads.
+def _first_likelihood(record: Record, parameters: Float64) -> float:
+    """Return the log-likelihood under the disturbances that a first fit begins with.
 
-    A stop is where the motion ends, and how far the plate went into it is unknown.
+    Those of a fit that lacks the cause are larger, and hide how much starts differ.
     """
+    return filtered(record, parameters, first_disturbance(parameters)).log_likelihood
+
+
+def _stops_elsewhere(record: Record, start: Start) -> list[Float64]:
+    """Return starts with a stop where the motion ends; how far the plate went into it is unknown."""
     angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
-    for id_ in ids:
-        if id_ == PARAMETER + "stop_low":
-            yield from ((STOP_LOW, float(np.nanmin(angle)) + way) for way in GIVES_WAY)
-        elif id_ == PARAMETER + "stop_high":
-            yield from ((STOP_HIGH, float(np.nanmax(angle)) - way) for way in GIVES_WAY)
-        elif effect := effects.get(id_):
-            for k in effect.strengths:
-                yield from ((effect.indices[k], value) for value in effect.parameters[k].elsewhere)
+    ends = {
+        "stop_low": (STOP_LOW, float(np.nanmin(angle)), 1.0),
+        "stop_high": (STOP_HIGH, float(np.nanmax(angle)), -1.0),
+    }
+    found = []
+    for place, end, inside in (ends[name] for name in ends if PARAMETER + name in start.ids):
+        for way in GIVES_WAY:
+            found.append(start.origin.copy())
+            found[-1][place] = end + inside * way
+    return found
 
 
-def _beginning(record: Record, before: Fitted, start: Start) -> Float64:
-    """Return where a fit begins: at least as likely as the model before it.
+def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
+    """Return parameters with the base model's as they are stated: a calibration may have hidden the cause in them."""
+    found = parameters.copy()
+    for one in unknowns:
+        if one.effect is None and np.isfinite(one.reach):
+            one.put(found, one.mean)
+    return found
 
-    A linear step may go too far.
+
+def _strengths_elsewhere(*origins: Float64, effect: Effect) -> list[Float64]:
+    """Return starts from some models, at all combinations of strengths to which no slope leads."""
+    places = [effect.indices[k] for k in effect.strengths]
+    found = []
+    for values in product(*((0.0, *effect.parameters[k].elsewhere) for k in effect.strengths)):
+        for origin in origins if any(values) else ():
+            found.append(origin.copy())
+            found[-1][places] = values
+    return found
+
+
+def _nearer(record: Record, start: Float64, effect: Effect) -> Float64:
+    """Return a likelier start between those that were tried (compass search: Kolda, Lewis and Torczon 2003).
+
+    So near to the truth, what remains is small, and small disturbances are the likelier ones.
+    """
+    best, most = start, _first_likelihood(record, start)
+    for halving in range(1, HALVINGS + 1):
+        for k in effect.strengths:
+            one, place = effect.parameters[k], effect.indices[k]
+            step = 0.5**halving * float(np.diff((0.0, *one.elsewhere)).min(initial=0.0))
+            for by in (step, -step):
+                p = best.copy()
+                p[place] = np.clip(p[place] + by, one.low, one.high)
+                if (found := _first_likelihood(record, p)) > most:
+                    best, most = p, found
+                    break
+    return best
+
+
+def _beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Disturbance]:
+    """Return where a fit begins, and under which disturbances.
+
+    A linear step may go too far: after it the model is at least as likely as the one before. A start from elsewhere
+    begins as a first fit does. By the disturbances of a fit that lacks the cause, it may be the less likely model.
     """
     share, p = 1.0, start.parameters
+    if p is start.origin:
+        return p, first_disturbance(p)
     while (
         share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < before.filtered.log_likelihood
     ):
         share *= 0.5
         p = start.nearer(share)
-    return p
+    return p, _likelier_disturbance(record, before, p)
 
 
 def _likelier_disturbance(record: Record, before: Fitted, parameters: Float64) -> Disturbance:
