@@ -332,15 +332,10 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
 
 def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
     """Return a start of a fit, or a likelier one to which no slope leads."""
-    if (effect := effects.get(start.ids[0])) is None:
-        p = max([start.parameters, *_stops_elsewhere(record, start)], key=lambda one: _first_likelihood(record, one))
-    elif not (tried := _strengths_elsewhere(start.origin, _as_stated(start.origin, before.unknowns), effect=effect)):
-        return start
+    if effect := effects.get(start.ids[0]):
+        p = _strength_elsewhere(record, before, start, effect)
     else:
-        some = record.thinned(STARTED, PARTS)
-        p = max([start.parameters, *tried], key=lambda one: _first_likelihood(some, one))
-        if p is not start.parameters:
-            p = _nearer(some, p, effect)
+        p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
     if p is start.parameters:
         return start
     likeliest = filtered(record, p, _likelier_disturbance(record, before, p)).log_likelihood
@@ -357,7 +352,10 @@ def _first_likelihood(record: Record, parameters: Float64) -> float:
 
 
 def _stops_elsewhere(record: Record, start: Start) -> list[Float64]:
-    """Return starts with a stop where the motion ends; how far the plate went into it is unknown."""
+    """Return starts with a stop where the motion ends.
+
+    How far the plate went into it is unknown.
+    """
     angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
     ends = {
         "stop_low": (STOP_LOW, float(np.nanmin(angle)), 1.0),
@@ -372,7 +370,10 @@ def _stops_elsewhere(record: Record, start: Start) -> list[Float64]:
 
 
 def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
-    """Return parameters with the base model's as they are stated: a calibration may have hidden the cause in them."""
+    """Return parameters with the base model's as they are stated.
+
+    A calibration may have hidden the cause in them.
+    """
     found = parameters.copy()
     for one in unknowns:
         if one.effect is None and np.isfinite(one.reach):
@@ -380,21 +381,36 @@ def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
     return found
 
 
-def _strengths_elsewhere(*origins: Float64, effect: Effect) -> list[Float64]:
-    """Return starts from some models, at all combinations of strengths to which no slope leads."""
+def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Float64:
+    """Return a start at strengths to which no slope leads, where it is likelier.
+
+    Combinations of strengths are tried where one alone is likelier.
+    """
+    origins = start.origin, _as_stated(start.origin, before.unknowns)
     places = [effect.indices[k] for k in effect.strengths]
-    found = []
+    alone, together = list[Float64](), list[Float64]()
     for values in product(*((0.0, *effect.parameters[k].elsewhere) for k in effect.strengths)):
         for origin in origins if any(values) else ():
-            found.append(origin.copy())
-            found[-1][places] = values
-    return found
+            p = origin.copy()
+            p[places] = values
+            (alone if np.count_nonzero(values) == 1 else together).append(p)
+    if not alone:
+        return start.parameters
+    some = record.thinned(STARTED, PARTS)
+    p = _likeliest(some, start.parameters, alone)
+    return p if p is start.parameters else _nearer(some, _likeliest(some, p, together), effect)
+
+
+def _likeliest(record: Record, start: Float64, others: Sequence[Float64]) -> Float64:
+    """Return the likeliest of a start and others; the start itself without any."""
+    return max([start, *others], key=lambda one: _first_likelihood(record, one)) if others else start
 
 
 def _nearer(record: Record, start: Float64, effect: Effect) -> Float64:
-    """Return a likelier start between those that were tried (compass search: Kolda, Lewis and Torczon 2003).
+    """Return a likelier start between those that were tried.
 
-    So near to the truth, what remains is small, and small disturbances are the likelier ones.
+    It is found by a compass search (Kolda, Lewis and Torczon 2003). So near to the truth, what remains is small, and
+    small disturbances are the likelier ones.
     """
     best, most = start, _first_likelihood(record, start)
     for halving in range(1, HALVINGS + 1):
