@@ -190,11 +190,12 @@ def _run(
 
 
 def _read(record: Record, parameters: Float64, read: Float64) -> tuple[Float64, Float64, Float64, Float64]:
-    """Return readings (n, 3) without what terms add to them, without a lag, and at the samples that they tell of.
+    """Return readings (n, 3) without a lag, at the samples that they tell of.
 
-    Behind a lag a reading keeps a share of the one before; with that taken off, a mean of what was there between is
-    left (`forces.without_lag`). Of a delay, `later` (n, 3) is left: how long behind its sample a reading was true, s.
-    The others are `Record.lasts` (n) of the motor's angle, and the share (3) that each reading keeps.
+    What terms add to them is taken off. Behind a lag a reading keeps a share of the one before; with that taken off, a
+    mean of what was there between is left (`forces.without_lag`). Of a delay, `later` (n, 3) is left: how long behind
+    its sample a reading was true, s. The others are `Record.lasts` (n) of the motor's angle, and the share (3) that
+    each reading keeps.
     """
     found, later, lasts, keeps = record.readings, np.zeros((len(record), 3)), record.lasts, np.zeros(3)
     if any(term.channel in _READ for term in record.terms):

@@ -297,11 +297,11 @@ def without_lag(lag: float, dt: float) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def arrival(reading: int, late: float, dt: float) -> int:
-    """Return how many samples behind a state the reading of it is: 0 the current, 1 and 2 the angles.
+    """Return how many samples behind a state the reading of it is.
 
-    The reading is `late` s late, and samples are dt s long. A current that was true behind the state follows from it;
-    one before it would follow from noise that has died away. An angle that was true before the state follows from the
-    motion until there; behind it, steps of the voltage change it.
+    `reading`: 0 the current, 1 and 2 the angles. It is `late` s late, and samples are dt s long. A current that was
+    true behind the state follows from it; one before it would follow from noise that has died away. An angle that was
+    true before the state follows from the motion until there; behind it, steps of the voltage change it.
     """
     samples = late / dt
     return math.ceil(samples - 1e-6) if reading == 0 else math.floor(samples + 1e-6)

@@ -10,6 +10,7 @@ from etb_hil.base.stock import find
 from etb_hil.controller.machine import Machine
 from etb_hil.controller.state import COMMAND, REQUEST
 from etb_hil.plant.effects import readings
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 
@@ -53,6 +54,7 @@ SENSORS = {
     "angle_sensor_eccentricity": {"sine": "0.05 rad"},
     "sensor_hysteresis": {"half_width": "0.01 rad", "sharpness": 2.0},
     "measurement_delay": {"delay": "0.002 s"},
+    "angle_delay": {"delay": "0.002 s"},
 }
 
 
@@ -75,7 +77,13 @@ def test_a_sensors_effect_is_what_its_equation_says(id_):
         assert np.abs(lagging - plate).max() > 0.009
         assert np.abs(seen["track"] - lagging).max() < grid
         return
-    late = round(readings.late_by(p)[0] / 50e-6)
+    if id_ == "angle_delay":
+        late, step = 40, 2.0 * np.pi / MODEL.sensors.motor_counts_per_turn
+        apart = seen["motor_angle"][late:, 0] - plain["motor_angle"][:-late, 0]
+        assert np.abs(apart).max() < 1.1 * step
+        assert np.abs(seen["track"][late:] - plain["track"][:-late]).max() < 2.0 * grid
+        return
+    late = round(readings.late_by(Port.CURRENT_LATENESS, p)[0] / 50e-6)
     expected = np.concatenate([np.zeros(late), current[: len(current) - late]])
     expected = readings.measured_current(expected, np.full(len(current), 20.0), p)
     assert np.abs(current).max() > 1.0

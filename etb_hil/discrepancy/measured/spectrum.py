@@ -75,7 +75,7 @@ class Spectrum:
         return angle, velocity, acceleration
 
     def smoothed(self, spectrum: Complex128) -> Float64:
-        """Return the signal (n) of a whole spectrum, smoothed as an angle that trembles is."""
+        """Return the signal (n) of a whole spectrum, as smooth as a trembling angle."""
         return self.signal(spectrum * self._calm)
 
     def signal(self, spectrum: Complex128) -> Float64:

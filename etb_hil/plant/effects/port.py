@@ -67,7 +67,10 @@ class Port(Enum):
 
     @property
     def has_memory(self) -> bool:
-        """Whether its terms take what a sensor remembers; each such port has a memory of its own."""
+        """Whether its terms take what a sensor remembers.
+
+        Each such port has a memory of its own.
+        """
         return "memory" in self.asks
 
     @property

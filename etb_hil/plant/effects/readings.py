@@ -64,7 +64,7 @@ def without_zero(p: Vector) -> Vector:
 
 
 def late_by(port: Port, p: Vector) -> tuple[float, float]:
-    """Return the delay and the time constant in s of a reading, by the port of its lateness."""
+    """Return the delay and the time constant in s of a reading, by its port."""
     found = 0.0, 0.0
     for effect in acting_at(port):
         for function in effect.at(port):
@@ -84,9 +84,9 @@ def lateness(port: Port, s: NDArray[np.complex128], p: Vector) -> NDArray[np.com
 
 
 def arrived(values: Vector, dt: float, port: Port, p: Vector) -> Vector:
-    """Return what arrives of a signal (n), sampled each dt s, by the port of its lateness.
+    """Return what arrives of a signal (n), by the port of its lateness.
 
-    It goes straight from sample to sample, and was constant before the first one.
+    It is sampled each dt s, goes straight from sample to sample, and was constant before the first one.
     """
     delay, lag = late_by(port, p)
     if delay != 0.0:

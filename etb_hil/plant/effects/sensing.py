@@ -90,7 +90,7 @@ def motor_angle(memory: Vector, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy")
 def true_motor_angle(angle: float, p: Vector) -> float:
-    """Return the motor angle in rad behind what the encoder is given, but for its lateness."""
+    """Return the motor angle in rad behind a reading, but for its lateness."""
     true = angle
     for _ in range(_ROUNDS):
         true = angle - (_encoder_angle(true, p) - true)
@@ -105,7 +105,10 @@ def plate(memory: Vector, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def plates(angle: Vector, p: Vector) -> Vector:
-    """Return what the plate sensor makes of plate angles (n) in rad, in turn, but for its lateness."""
+    """Return what the plate sensor makes of plate angles (n) in rad, in turn.
+
+    Its lateness is not among it.
+    """
     memory, out = np.zeros(SENSING), np.empty_like(angle)
     for k in range(angle.size):
         _step_plate(memory, angle[k] - angle[max(k - 1, 0)], 0.0, p)
