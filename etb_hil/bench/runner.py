@@ -97,7 +97,7 @@ class Runner:
                 self._run_steps()
             except (RunStopped, BenchFault) as stop:
                 self._end_by(stop)
-            except InputError as error:  # from here on something moves: it is no matter of usage any more
+            except InputError as error:  # something moves from here on, so that what failed ends the run
                 self._end_by(PartFault(str(error)))
             except Exception:  # whoever called is told; here it is only the cause of the safe stop
                 record.reason_id = "bench_failed"

@@ -121,7 +121,7 @@ class Simulation:
         try:
             _, outputs = self._machine.run(self._now_ns, stamps, np.array(events, float).reshape(-1, EVENT_WIDTH))
             self._machine.check()
-        except PartFault as fault:  # there is no bench: the part is an input
+        except PartFault as fault:  # without a bench, a part that fails is wrong input
             raise InputError(str(fault)) from None
         blocks: list[SampleBlock] = []
         for output in outputs:
