@@ -18,7 +18,10 @@ MEMORY = 2 + _LONGEST  # the reading behind the lag, the place of the newest of 
 
 
 def parameters(delayed_by: str, filtered_by: str) -> tuple[EffectParameter, EffectParameter]:
-    """Return the delay and the time constant in s, and what they come from."""
+    """Return the parameters of a late reading: delay and time constant in s.
+
+    `delayed_by` and `filtered_by`: what they come from in practice.
+    """
     return (
         strength("delay", "s", -0.002, 0.03, (0.0003,), delayed_by, _DELAYS),
         strength("lag", "s", -0.002, 0.03, (), filtered_by, _LAGS),
