@@ -144,8 +144,6 @@ def main():
             flush=True,
         )
         for kind in kinds:
-            if stops:
-                break
             seconds = options.seconds / len(kinds)
             tally = fuzz(kind, given, seconds, options.seed, options.keep, options.first, lambda: bool(stops))
             codes = ", ".join(f"{code}: {count}" for code, count in sorted(tally.codes.items()))
@@ -159,9 +157,10 @@ def main():
                 len(tally.findings),
             )
             print("| " + " | ".join(map(str, row)) + " |", flush=True)
+            found += len(tally.findings)
             if stops:
                 print(f"stopped: go on with {kind} --first {options.first + tally.cases}", flush=True)
-            found += len(tally.findings)
+                break
     return 1 if found else 0
 
 

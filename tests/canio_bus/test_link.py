@@ -249,9 +249,20 @@ def test_stamps_of_another_epoch_are_brought_onto_our_clock(monkeypatch, stamps,
     link.close()
 
 
+def test_a_frame_stamped_when_it_was_read_came_before_those_behind_it(monkeypatch):
+    opened_at = time.time()
+    stamps = (opened_at + 0.018, opened_at + 0.019, opened_at + 0.01, opened_at + 0.011)
+    monkeypatch.setattr(can, "Bus", lambda **_: Stamped(stamps))
+    link = open_link(BusSettings(interface="virtual", channel="late stamps"), WallClock())
+    time.sleep(0.02)
+    came = (stamps[2], stamps[2], *stamps[2:])
+    assert link.receive().stamp_ns.tolist() == pytest.approx([round(stamp * 1e9) for stamp in came], abs=500)
+    link.close()
+
+
 def test_a_clock_set_back_does_not_change_the_order(monkeypatch):
     now = time.time()
-    stamps = (now, now + 0.0002, now - 0.0004, now - 0.0003)
+    stamps = (now, now + 0.0002, now - 5, now - 4.9)
     monkeypatch.setattr(can, "Bus", lambda **_: Stamped(stamps))
     link = open_link(BusSettings(interface="virtual", channel="stepped"), WallClock())
     got = link.receive()

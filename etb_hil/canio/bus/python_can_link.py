@@ -16,7 +16,7 @@ from etb_hil.base.errors import BenchFault, InputError, Place, Problem
 from etb_hil.base.nearest import did_you_mean
 from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.canio.bus.health import BusHealth, LoadMeter
-from etb_hil.canio.bus.host_stamps import on_our_clock
+from etb_hil.canio.bus.host_stamps import as_they_came, on_our_clock
 from etb_hil.canio.bus.serial_adapter import ReadAhead
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.messages import from_messages, to_message
@@ -49,6 +49,7 @@ class PythonCanLink:
     def __init__(self, settings: BusSettings, clock: Clock) -> None:
         self._settings = settings
         self._clock = clock
+        self._looked_ns = clock.now_ns()
         self._bus = _open(settings)
         self._serial = _read_ahead(self._bus) if settings.interface == _SERIAL else None
         self._sent: list[FrameBlock] = []
@@ -78,8 +79,10 @@ class PythonCanLink:
 
         What takes too long waits for the next one.
         """
+        looked_ns, self._looked_ns = self._looked_ns, self._clock.now_ns()
         received = self._without_own(from_messages(self._messages()))
-        received = replace(received, stamp_ns=self._on_our_clock(received), channel=np.zeros(len(received), np.uint8))
+        stamps = as_they_came(self._on_our_clock(received), self._clock.now_ns() - looked_ns)
+        received = replace(received, stamp_ns=stamps, channel=np.zeros(len(received), np.uint8))
         errors = int(np.count_nonzero(received.flags & FrameFlag.ERROR))
         self._error_frames += errors
         self._received_count += len(received) - errors

@@ -18,7 +18,7 @@ import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
-from etb_hil.canio.bus.host_stamps import on_our_clock
+from etb_hil.canio.bus.host_stamps import as_they_came, on_our_clock
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ class SocketCanLink:
         self._settings = settings
         self._clock = clock
         self._state, self._counters = _controller_state(settings)
+        self._looked_ns = clock.now_ns()
         self._socket = self._open()
         self._meter = LoadMeter(clock.now_ns(), int(settings.bitrate), int(settings.data_bitrate))
         self._sent = self._received = self._error_frames = self._dropped = 0
@@ -95,6 +96,7 @@ class SocketCanLink:
         stamps: list[int] = []
         own: list[int] = []
         receive = self._socket.recvmsg
+        looked_ns, self._looked_ns = self._looked_ns, self._clock.now_ns()
         try:
             while len(raw) < _BATCH:
                 frame, ancillary, flags, _ = receive(_FD_BYTES, _ANCILLARY, socket.MSG_DONTWAIT)
@@ -107,7 +109,8 @@ class SocketCanLink:
             raise self._fault("cannot be read", error) from error
         if not raw:
             return FrameBlock.empty()
-        frames = _columns(raw, on_our_clock(np.array(stamps, np.int64), self._clock), own)
+        ours = on_our_clock(np.array(stamps, np.int64), self._clock)
+        frames = _columns(raw, as_they_came(ours, self._clock.now_ns() - looked_ns), own)
         self._count(frames)
         return frames
 
