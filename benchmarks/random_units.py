@@ -2,7 +2,7 @@
 
     python benchmarks/random_units.py [--units 300] [--seed 1] [--bench virtual_classic] [--out FOLDER]
 
-Half of the units are healthy, half sticky, drawn from the box of production throttles (`etb_hil.plant.random_units`).
+Half of the units are healthy, half sticky, drawn from the box of production throttles (`drawn_unit.py`).
 The bench is given a model of the healthy part that is off: every parameter by a draw inside its stated tolerance.
 Limits stand to the part's T_c as the stock limits stand to the stock part's. Rows are appended to `random_units.csv`
 as they come, so that a study can be watched, ended and gone on with.
@@ -17,12 +17,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from drawn_unit import random_unit
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.diagnosis.limits import Limit
 from etb_hil.plant.parameters import load_model
-from etb_hil.plant.random_units import random_unit
 
 BAND = 0.1  # of a limit: a true value this near to it may be judged either way
 COLUMNS = (

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from etb_hil.discrepancy.plan.isolability import Sensitivities
+    from etb_hil.discrepancy.measured.measurement import Measurement
+    from etb_hil.plant.parameters import Model
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,11 +28,13 @@ def run(options: argparse.Namespace) -> int:
     """Run the scenarios on the virtual unit and print the pairs that are not isolable."""
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import stock_names
-    from etb_hil.discrepancy.plan.isolability import combined, isolability
+    from etb_hil.discrepancy.plan.isolability import isolability_of
     from etb_hil.plant.names import display_name
 
-    parts = [_along(options, name) for name in options.scenarios]
-    found = isolability(combined(parts))
+    made = [_along(options, name) for name in options.scenarios]
+    model, records = made[0][0], [record for _, record in made]
+    print("computing the sensitivities", file=sys.stderr)
+    found = isolability_of(model, records)
     print(f"{len(found.not_isolable)} of {found.pairs} pairs are not isolable (cosine of 0.95 and more):")
     for first, second, cosine in found.not_isolable:
         print(f"  {display_name(first)} and {display_name(second)} ({cosine:.2f})")
@@ -41,19 +44,17 @@ def run(options: argparse.Namespace) -> int:
         left = {}
         for name in stock_names("scenario"):
             if name not in options.scenarios:
-                left[name] = isolability(combined([*parts, _along(options, name)]))
+                left[name] = isolability_of(model, [*records, _along(options, name)[1]])
         best = min(left, key=lambda name: (len(left[name].hidden), len(left[name].not_isolable)))
         pairs, hidden = len(left[best].not_isolable), len(left[best].hidden)
         print(f"with the scenario {best}, {pairs} pairs are not isolable and {hidden} effects are not detectable")
     return int(ExitCode.DONE)
 
 
-def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
+def _along(options: argparse.Namespace, scenario: str) -> tuple[Model, list[Measurement]]:
     from etb_hil.base.stock import find, stock_file
     from etb_hil.bench.job import JobFiles, execute, prepare
-    from etb_hil.discrepancy.fitting.balances import Balances
     from etb_hil.discrepancy.measured.segments import measurements_of
-    from etb_hil.discrepancy.plan.isolability import sensitivities
 
     model = find("model", options.model)
     files = JobFiles(
@@ -63,10 +64,9 @@ def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
         limits=stock_file("limits", "default"),
         unit=model,
     )
+    print(f"simulating {scenario}", file=sys.stderr)
     job = prepare(files)
     with tempfile.TemporaryDirectory() as folder:
         finished = execute(job, Path(folder), "", 1)
         recording = finished.analysis.recording
-    print(f"computing the sensitivities along {scenario}", file=sys.stderr)
-    balances = [Balances(measured, job.model) for measured in measurements_of(recording, job.model)]
-    return sensitivities(job.model, balances)
+    return job.model, measurements_of(recording, job.model)

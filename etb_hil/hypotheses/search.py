@@ -7,16 +7,14 @@ look for another cause beside it.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
+from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, begun, calibrated, climbed, first_disturbance, settled
-from etb_hil.estimation.filtering import Disturbance, filtered
+from etb_hil.estimation.calibration import Fitted, begun, climbed, settled
+from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
-from etb_hil.estimation.unknown import Unknown, base_unknowns
-from etb_hil.hypotheses.candidates import Candidate, as_seen, candidates, unknowns_of
+from etb_hil.hypotheses.candidates import Candidate, candidates
 from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit, unknowns_with
 from etb_hil.hypotheses.constants import (
     BEGUN,
@@ -24,28 +22,23 @@ from etb_hil.hypotheses.constants import (
     EQUIVALENT_SHAPE,
     FITTED,
     GAIN,
-    GIVES_WAY,
-    HALVINGS,
     HOPELESS,
-    LEAST_STEP,
     LIKELIEST,
     MATERIAL,
     MOST_CAUSES,
     NEEDED,
     NOTHING,
-    OFFSET,
     PARAMETER,
     PARTS,
     SEARCHED,
-    STARTED,
 )
 from etb_hil.hypotheses.linear import Start, ranked
-from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift, bench_unknowns, with_room, with_terms
-from etb_hil.plant.device_effects import effects_of
+from etb_hil.hypotheses.prepared import prepared
+from etb_hil.hypotheses.starts import beginning, from_elsewhere
+from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import INDUCTANCE, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
 
@@ -84,8 +77,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The steps of a search, and those of what the record needs, named or not."""
+    """The steps of a search of a record, and those of what it needs, named or not."""
 
+    record: Record
     calibrated: Fitted
     steps: tuple[Step, ...]
     needed: tuple[Step, ...]
@@ -120,19 +114,20 @@ def searched(
 
     Where the residual may be of the shape of a cause, another one has to explain all but little of it.
     """
-    record, effects, first = _prepared(whole, model)
+    made = prepared(whole.thinned(SEARCHED, PARTS), model)
+    record, first = made.calibrated()
     steps: list[Step] = []
     is_interrupted = False
     try:
-        for step in _steps(record, first, effects, without, progress):
+        for step in _steps(record, first, made.effects, without, progress):
             steps.append(step)  # noqa: PERF402 (an interrupt keeps what was found)
     except KeyboardInterrupt:
         is_interrupted = True
     causes = list(steps)
     while causes and not causes[-1].is_material:
         causes.pop()
-    needed = causes if is_interrupted else _needed(record, first, causes, effects)
-    return Found(first, tuple(steps), tuple(needed), is_interrupted)
+    needed = causes if is_interrupted else _needed(record, first, causes, made.effects)
+    return Found(record, first, tuple(steps), tuple(needed), is_interrupted)
 
 
 def _steps(
@@ -163,54 +158,16 @@ def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, with
 
     None where none of them is likelier than the model; `without`: ids that are not tried.
     """
-    record, effects, before = _prepared(whole, model)
-    known = {DRIFT, *effects, *(PARAMETER + one.name for one in before.unknowns)}
+    made = prepared(whole.thinned(SEARCHED, PARTS), model)
+    record, before = made.calibrated()
+    known = {DRIFT, *made.effects, *(PARAMETER + one.name for one in before.unknowns)}
     out = {id_ for id_ in known if ids is not None and id_ not in ids}
     out |= {*without, *(entry.id for entry in model.effects)}
-    return stepped(record, before, effects, out)
-
-
-def _prepared(whole: Record, model: Model) -> tuple[Record, dict[str, Effect], Fitted]:
-    """Return what is searched of a record, the effects, and the calibrated model."""
-    record = with_terms(whole.thinned(SEARCHED, PARTS))
-    effects = effects_of(model)
-    base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
-    unknowns = [*base, *bench_unknowns(record), *_stated(model, effects)]
-    seen = as_seen(record, effects, model.values.gear_ratio)
-    first = calibrated(record, with_room(model.vector()), unknowns)
-    # All hypotheses have the same noise, or their likelihoods could not be compared.
-    record = record.placed(first.parameters)
-    return record, seen, settled(record, begun(record, first.parameters, unknowns, first.disturbance))
-
-
-def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
-    """Return a base parameter with the tolerance that a bench gives it.
-
-    A voltage that is sampled beside its changes is an inductance that is off by that time times the resistance.
-    """
-    if unknown.place != INDUCTANCE:
-        return unknown
-    reach = unknown.reach + OFFSET * float(np.median(record.dt)) * model.values.resistance
-    return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
+    return stepped(record, before, made.effects, out)
 
 
 def _named(steps: Sequence[Step]) -> str:
     return " and ".join(id_ for step in steps for id_ in step.best.ids)
-
-
-def _stated(model: Model, effects: Mapping[str, Effect]) -> list[Unknown]:
-    """Return the unknowns of the model file's own effects, as well as they are known."""
-    found, vector = [], model.vector()
-    for effect in (effects[entry.id] for entry in model.effects):
-        strengths = [effect.indices[k] for k in effect.strengths]
-        measured = {one.name: one for one in model.measured.values() if one.id == effect.id}
-        for unknown in unknowns_of(effect, vector) if vector[strengths].any() else ():
-            if known := measured.get(unknown.name):
-                half = known.uncertainty
-                found.append(replace(unknown, mean=known.value, deviation=half / np.sqrt(3.0), reach=half))
-            elif not measured or unknown.place not in strengths:
-                found.append(unknown)
-    return found
 
 
 def _may_be_its_shape(steps: Sequence[Step]) -> bool:
@@ -281,7 +238,7 @@ def stepped(
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
-    starts = [_from_elsewhere(record, before, start, effects) for start in ranked(record, before, known, sets)]
+    starts = [from_elsewhere(record, before, start, effects) for start in ranked(record, before, known, sets)]
     starts = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
     if share < NEEDED:
         # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
@@ -302,7 +259,7 @@ def _fitted_from(
     tried: list[tuple[tuple[str, ...], Fitted]] = []
     for start in starts:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
-        p, disturbance = _beginning(record, before, start)
+        p, disturbance = beginning(record, before, start)
         unknowns = unknowns_with(record, before, start.ids, p, effects)
         begin = begun(record, p, unknowns, disturbance)
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
@@ -328,128 +285,6 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
     material = [one for one in likeliest if one.misfit < share * left]
     best = (material or found)[0]
     return Step(before, left, (best, *(one for one in found if one is not best)), share, bool(material))
-
-
-def _from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
-    """Return a start of a fit, or a likelier one to which no slope leads."""
-    if effect := effects.get(start.ids[0]):
-        p = _strength_elsewhere(record, before, start, effect)
-    else:
-        p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
-    if p is start.parameters:
-        return start
-    likeliest = filtered(record, p, _likelier_disturbance(record, before, p)).log_likelihood
-    gains = likeliest - before.filtered.log_likelihood
-    return Start(start.ids, p, p, max(start.evidence, gains))
-
-
-def _first_likelihood(record: Record, parameters: Float64) -> float:
-    """Return the log-likelihood under the disturbances that a first fit begins with.
-
-    Those of a fit that lacks the cause are larger, and hide how much starts differ.
-    """
-    return filtered(record, parameters, first_disturbance(parameters)).log_likelihood
-
-
-def _stops_elsewhere(record: Record, start: Start) -> list[Float64]:
-    """Return starts with a stop where the motion ends.
-
-    How far the plate went into it is unknown.
-    """
-    angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
-    ends = {
-        "stop_low": (STOP_LOW, float(np.nanmin(angle)), 1.0),
-        "stop_high": (STOP_HIGH, float(np.nanmax(angle)), -1.0),
-    }
-    found = []
-    for place, end, inside in (ends[name] for name in ends if PARAMETER + name in start.ids):
-        for way in GIVES_WAY:
-            found.append(start.origin.copy())
-            found[-1][place] = end + inside * way
-    return found
-
-
-def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
-    """Return parameters with the base model's as they are stated.
-
-    A calibration may have hidden the cause in them.
-    """
-    found = parameters.copy()
-    for one in unknowns:
-        if one.effect is None and np.isfinite(one.reach):
-            one.put(found, one.mean)
-    return found
-
-
-def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Float64:
-    """Return a start at strengths to which no slope leads, where it is likelier.
-
-    Combinations of strengths are tried where one alone is likelier.
-    """
-    origins = start.origin, _as_stated(start.origin, before.unknowns)
-    places = [effect.indices[k] for k in effect.strengths]
-    alone, together = list[Float64](), list[Float64]()
-    for values in product(*((0.0, *effect.parameters[k].elsewhere) for k in effect.strengths)):
-        for origin in origins if any(values) else ():
-            p = origin.copy()
-            p[places] = values
-            (alone if np.count_nonzero(values) == 1 else together).append(p)
-    if not alone:
-        return start.parameters
-    some = record.thinned(STARTED, PARTS)
-    p = _likeliest(some, start.parameters, alone)
-    return p if p is start.parameters else _nearer(some, _likeliest(some, p, together), effect)
-
-
-def _likeliest(record: Record, start: Float64, others: Sequence[Float64]) -> Float64:
-    """Return the likeliest of a start and others; the start itself without any."""
-    return max([start, *others], key=lambda one: _first_likelihood(record, one)) if others else start
-
-
-def _nearer(record: Record, start: Float64, effect: Effect) -> Float64:
-    """Return a likelier start between those that were tried.
-
-    It is found by a compass search (Kolda, Lewis and Torczon 2003). So near to the truth, what remains is small, and
-    small disturbances are the likelier ones.
-    """
-    best, most = start, _first_likelihood(record, start)
-    for halving in range(1, HALVINGS + 1):
-        for k in effect.strengths:
-            one, place = effect.parameters[k], effect.indices[k]
-            step = 0.5**halving * float(np.diff((0.0, *one.elsewhere)).min(initial=0.0))
-            for by in (step, -step):
-                p = best.copy()
-                p[place] = np.clip(p[place] + by, one.low, one.high)
-                if (found := _first_likelihood(record, p)) > most:
-                    best, most = p, found
-                    break
-    return best
-
-
-def _beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Disturbance]:
-    """Return where a fit begins, and under which disturbances.
-
-    A linear step may go too far: after it the model is at least as likely as the one before. A start from elsewhere
-    begins as a first fit does. By the disturbances of a fit that lacks the cause, it may be the less likely model.
-    """
-    share, p = 1.0, start.parameters
-    if p is start.origin:
-        return p, first_disturbance(p)
-    while (
-        share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < before.filtered.log_likelihood
-    ):
-        share *= 0.5
-        p = start.nearer(share)
-    return p, _likelier_disturbance(record, before, p)
-
-
-def _likelier_disturbance(record: Record, before: Fitted, parameters: Float64) -> Disturbance:
-    """Return the disturbances of the model before, or those of any fit's start.
-
-    Where something else stood for the cause, the former have little to do with it.
-    """
-    each = before.disturbance, first_disturbance(parameters)
-    return max(each, key=lambda one: filtered(record, parameters, one).log_likelihood)
 
 
 def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:

@@ -23,7 +23,6 @@ from etb_hil.results.json_file import result_as_dict, result_from_dict
 from etb_hil.results.run_result import InputFile, RunResult
 from etb_hil.session.checksum import require_unchanged, write_checked
 
-INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit", "station")
 RAW_LOG = "raw.blf"
 EVENTS = "events.jsonl"
 RESULTS = "results.json"

@@ -7,6 +7,7 @@ from answers import plain, write_explanation
 from synthetic import MODEL
 
 from etb_hil.base.stock import find
+from etb_hil.discrepancy.candidates.candidate import Candidate
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
@@ -29,8 +30,7 @@ def with_class(found, ambiguity_group, verdict="ambiguous", **changed):
 
 def suspect(found, id_):
     """The cause's fit under the name of another suspect."""
-    candidate = found.tested[id_][0]
-    return replace(found.accepted[0].winner, candidate=candidate)
+    return replace(found.accepted[0].winner, candidate=Candidate(id_, CATALOGUE[id_]))
 
 
 def test_what_either_record_tells_apart_is_told_apart(found):
@@ -69,7 +69,7 @@ def test_a_record_with_another_cause_tells_nothing(found):
 
 def test_what_a_record_could_not_judge_it_does_not_tell_apart(found):
     answer, other = with_class(found, OTHERS), with_class(found, [], "explained")
-    narrow(answer, replace(other, tested={id_: one for id_, one in other.tested.items() if id_ != "torque_ripple"}))
+    narrow(answer, replace(other, tested=tuple(id_ for id_ in other.tested if id_ != "torque_ripple")))
     assert answer.accepted[0].ambiguity_group == ["torque_ripple"]
 
 

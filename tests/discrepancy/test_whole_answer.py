@@ -17,7 +17,7 @@ from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.discrepancy.answer.consequence import consequence
-from etb_hil.discrepancy.answer.detection_limits import LEAST_GAIN, detection_limits
+from etb_hil.discrepancy.answer.detection_limits import detection_limits
 from etb_hil.discrepancy.answer.explanation import _size, causes, explanation
 from etb_hil.discrepancy.answer.pictures import pictures
 from etb_hil.discrepancy.answer.residual_curves import _coordinates
@@ -290,14 +290,6 @@ def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
     assert "None" not in page
 
 
-def test_a_limit_beyond_what_an_effect_may_be_is_none_and_says_why(answer):
-    for least_gain, is_seen in ((LEAST_GAIN, True), (1e12, False)):
-        found = plain(detection_limits(answer.findings, least_gain)["friction_load"])
-        assert found["within_bounds"] == is_seen
-        assert (found["limit"] is not None) == is_seen
-        assert ("not detectable in these data" in found["text"]) != is_seen
-
-
 def test_each_effect_has_a_limit_or_why_there_is_none(answer):
     found = plain(answer)["detection_limits"]
     assert set(found) == set(CATALOGUE)
@@ -310,11 +302,10 @@ def test_each_effect_has_a_limit_or_why_there_is_none(answer):
 def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, monkeypatch):
     (cause,) = answer.findings.accepted
     monkeypatch.setattr(cause, "ambiguity_group", ["torque_ripple"])
-    for least_gain in (LEAST_GAIN, 1e12):
-        found = plain(detection_limits(answer.findings, least_gain))
-        assert found["torque_ripple"]["text"] == "not isolable from the cause cogging_torque"
-        assert found["torque_ripple"]["within_bounds"]
-        assert found["cogging_torque"]["within_bounds"]
+    found = plain(detection_limits(answer.findings))
+    assert found["torque_ripple"]["text"] == "not isolable from the cause cogging_torque"
+    assert found["torque_ripple"]["within_bounds"]
+    assert found["cogging_torque"]["within_bounds"]
 
 
 def test_members_of_an_ambiguity_group_have_no_probability(answer, monkeypatch):

@@ -18,7 +18,6 @@ from etb_hil.results.run_result import Unit
 from etb_hil.store.address import STORE, StoreAddress, store_address
 from etb_hil.store.connection import connected, require_schema
 from etb_hil.store.engine import engine_of
-from etb_hil.store.overview import latest_runs, measured_ids, values_over_time
 from etb_hil.store.queue import Queue
 from etb_hil.store.reading import known_runs, read_store
 from etb_hil.store.run import run_of
@@ -30,7 +29,6 @@ import sys
 from pathlib import Path
 from made_up_runs import result, session
 from etb_hil.store.address import store_address
-from etb_hil.store.overview import latest_runs, measured_ids, values_over_time
 from etb_hil.store.queue import Queue
 queue = Queue(Path(sys.argv[1]))
 for number in range(15):
@@ -135,22 +133,6 @@ def test_a_history_reads_what_a_limit_applied_to_in_any_run(address, tmp_path):
     runs = read_store(address, Selection(measured=("c",), and_limited=True))
     assert [{name: one.limit_high for name, one in run.numbers.items()} for run in runs] == [{"a": 3.0}, {"a": None}]
     assert [*read_store(address, Selection(measured=("b",)))[0].numbers] == ["b"]
-
-
-def test_a_page_reads_the_latest_runs_and_a_measurement_of_either_store(address, tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
-        latest_runs(StoreAddress(tmp_path / "none" / STORE))
-    delivered(tmp_path, address, *(result(k) for k in range(5)))
-    runs = latest_runs(address, Selection(latest=2))
-    assert [(run["run_id"], run["serial"], run["verdict"]) for run in runs] == [
-        ("run-0004", "SN 1", "pass"), ("run-0003", "SN 1", "pass"),
-    ]  # fmt: skip
-    assert [one["id"] for one in measured_ids(address)] == ["T_st", "T_c", "temperature"]
-    values = values_over_time(address, "T_st", Selection(part_number="p", latest=3))
-    assert [one["run_id"] for one in values] == ["run-0002", "run-0003", "run-0004"]
-    assert values[0]["value"] == pytest.approx(0.1702)
-    assert (values[0]["limit_high"], values[0]["unit"]) == (0.26, "N·m")
-    assert values_over_time(address, "T_c") == values_over_time(address, "'; DROP TABLE runs") == []
 
 
 def test_what_a_bench_knows_holds_what_waits(address, tmp_path):

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from etb_hil.discrepancy.answer.detection_limits import LEAST_GAIN, detection_limits
+from etb_hil.discrepancy.answer.detection_limits import detection_limits
 from etb_hil.discrepancy.answer.holdout import Holdout
 from etb_hil.discrepancy.answer.instability import unstable_range
 from etb_hil.discrepancy.answer.quality import data_quality
@@ -53,7 +53,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResul
         nuisances=_nuisances(numbers),
         friction=_friction(findings, in_model),
         balances=_balances(findings),
-        detection_limits=detection_limits(findings, LEAST_GAIN),
+        detection_limits=detection_limits(findings),
         next_test=next_test(findings),
         data_quality=data_quality(findings.balances, findings.model),
     )

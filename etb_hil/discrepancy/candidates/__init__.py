@@ -1,1 +1,1 @@
-"""Candidates: effects and parameters that are tested, and their collinearity."""
+"""Candidates: effects and parameters that are tested."""

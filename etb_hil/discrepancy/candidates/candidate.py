@@ -1,13 +1,12 @@
-"""Candidates: effects of the catalogue at a shape, and parametric faults."""
+"""Candidates: effects of the catalogue, and parametric faults."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
+from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.catalogue import CATALOGUE, acting_at
 from etb_hil.plant.effects.effect import Effect, Need
 from etb_hil.plant.effects.port import VOLTAGE
@@ -24,18 +23,14 @@ TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A candidate at one shape: `unknowns` to fit; `frees`: a parameter it frees.
+    """A candidate: an effect, or a parameter that it `frees`, which leaves its tolerance.
 
-    The freed parameter leaves its tolerance. `also_frees`: another parameter that leaves its tolerance with it, since
-    one fault changes both.
+    `also_frees`: another parameter that leaves its tolerance with it, since one fault changes both.
     """
 
     id: str
-    effect: Effect | None
-    shape: tuple[float, ...]
-    unknowns: tuple[Unknown, ...]
+    effect: Effect | None = None
     frees: str = ""
-    steps: tuple[float, ...] = ()
     also_frees: str = ""
 
     @property
@@ -43,30 +38,21 @@ class Candidate:
         """The names of the parameters that leave their tolerances."""
         return frozenset({self.frees, self.also_frees} - {""})
 
-    @property
-    def strengths(self) -> tuple[Unknown, ...]:
-        """The unknowns that a search moves."""
-        if self.effect is None:
-            return ()
-        return tuple(self.unknowns[k] for k in self.effect.searched)
-
 
 def candidates_for(
     balances: Sequence[Balances], base: Sequence[Unknown], without: Iterable[str] = ()
-) -> dict[str, list[Candidate]]:
-    """Return all candidates that these data can show, by id in all shapes.
+) -> tuple[str, ...]:
+    """Return the ids of all candidates that these data can show.
 
     `without`: ids left out.
     """
     out = {*without, *beyond_judging(balances)}
-    load = balances[0].load
-    found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
-    for unknown in base:
-        id_ = parameter_id(unknown.name)
-        is_candidate = id_ not in out and unknown.name not in TOO_SMALL and not unknown.is_known
-        if is_candidate and unknown.place < PARAMETERS:
-            found[id_] = [Candidate(id_, None, (), (), unknown.name)]
-    return found
+    ids = [*CATALOGUE, *(parameter_id(u.name) for u in base if _may_be_cause(u))]
+    return tuple(id_ for id_ in ids if id_ not in out)
+
+
+def _may_be_cause(unknown: Unknown) -> bool:
+    return unknown.name not in TOO_SMALL and not unknown.is_known and unknown.place < PARAMETERS
 
 
 def parameter_id(name: str) -> str:
@@ -110,18 +96,3 @@ def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
     if id_ in _OF_ELECTRICAL:
         return [effect.id for effect in acting_at(*VOLTAGE)]
     return list(CATALOGUE[id_].without_current_like) if id_ in CATALOGUE else []
-
-
-def _shapes(effect: Effect, load: float) -> list[Candidate]:
-    grids = [(0.0,) if p.is_strength else p.starts for p in effect.parameters]
-    searched = [effect.parameters[k] for k in effect.searched]
-    found = []
-    for values in itertools.product(*grids):
-        unknowns = tuple(effect_unknowns(effect, values, load))
-        for turn in range(max(len(parameter.starts) for parameter in searched)):
-            steps = tuple(
-                parameter.starts[min(turn, len(parameter.starts) - 1)] * (load if parameter.unit == "N·m" else 1.0)
-                for parameter in searched
-            )
-            found.append(Candidate(effect.id, effect, values, unknowns, steps=steps))
-    return found

@@ -56,7 +56,6 @@ def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     segment = fold_of(balances)
     after = calibrate(known, balances)
     effect = CATALOGUE.get(id_)
-    own = tuple(u for u in after.unknowns if effect is not None and u.place in effect.indices)
     frees = next((u.name for u in after.unknowns if parameter_id(u.name) == id_), "")
     groups = group_means(balances, after.fit.whole)[0] / findings.final_noise_floor.level
     if effect is not None and effect.finer and excess(groups, findings.samples).sum() > 0.0:
@@ -65,5 +64,5 @@ def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     t = held_out(after.fit, after.jacobian, after.unknowns, segment).t_against(
         held_out(before.fit, before.jacobian, before.unknowns, segment)
     )
-    winner = Refined(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns)
+    winner = Refined(Candidate(id_, effect, frees), after.fit, after.unknowns)
     return SelectionStep(before, winner, (), t)

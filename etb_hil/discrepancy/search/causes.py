@@ -11,7 +11,6 @@ from dataclasses import replace
 from etb_hil.discrepancy.candidates.candidate import (
     Candidate,
     beyond_judging,
-    candidates_for,
     file_name,
     own_name,
     parameter_id,
@@ -53,7 +52,7 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     made = joined([as_record(b.measured, findings.model) for b in balances])
     names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(findings.tested)
     out = [*without, *beyond_judging(balances), *map(own_name, names)]
-    found = searched(made, findings.model, out, progress)
+    found = findings.found = searched(made, findings.model, out, progress)
     for step in found.causes:
         _accept(findings, step)
     accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
@@ -90,7 +89,7 @@ def _accept(findings: Findings, step: Step) -> None:
 def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep:
     """Return the step of a hypothesis that is no cause."""
     before = findings.final
-    winner = Refined(_candidate(findings, before, best), before.fit, before.unknowns)
+    winner = Refined(_candidate(best), before.fit, before.unknowns)
     found = SelectionStep(before, winner, _compared(step))
     left = best.misfit / step.misfit
     if step.best is not best:
@@ -123,7 +122,7 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
     The second value is Student's t of what it explains of held-out segments.
     """
     residual, load = residual_of(findings.balances), findings.balances[0].load
-    candidate = _candidate(findings, before, best)
+    candidate = _candidate(best)
     near = before.fit.whole.copy()
     near[:EXTENDED] = best.fit.parameters[:EXTENDED]
     fits = []
@@ -147,15 +146,13 @@ def _moved(base: Vector, near: Vector, best: Hypothesis) -> Vector:
     return found
 
 
-def _candidate(findings: Findings, before: Calibration, best: Hypothesis) -> Candidate:
-    """Return the candidate of the balances that a hypothesis is, in its shape."""
+def _candidate(best: Hypothesis) -> Candidate:
+    """Return the candidate of the balances that a hypothesis is."""
     first = best.ids[0]
-    if first not in CATALOGUE:
-        names = [_name_of(id_) for id_ in best.ids]
-        return Candidate(file_name(first), None, (), (), names[0], also_frees=names[1] if len(names) > 1 else "")
-    shape = tuple(float(best.fit.parameters[place]) for place in CATALOGUE[first].indices)
-    known = candidates_for(findings.balances, before.unknowns)[first][0]
-    return replace(known, shape=shape)
+    if first in CATALOGUE:
+        return Candidate(first, CATALOGUE[first])
+    names = [_name_of(id_) for id_ in best.ids]
+    return Candidate(file_name(first), frees=names[0], also_frees=names[1] if len(names) > 1 else "")
 
 
 def _name_of(id_: str) -> str:

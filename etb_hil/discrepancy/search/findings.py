@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.candidates.candidate import Candidate
 from etb_hil.discrepancy.candidates.nonparametric import NonparametricTerm
 from etb_hil.discrepancy.candidates.refinement import Refined
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
+from etb_hil.hypotheses.search import Found
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
@@ -73,8 +72,8 @@ class Findings:
     """Findings of a search: the `selection_steps` in order, and the models.
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
-    causes. `tested`: all candidates that these data can show, by id in all shapes. `rest`: what
-    nonparametric terms explain of the residual.
+    causes. `tested`: ids of all candidates that these data can show. `found`: what the likelihood
+    finds, None where it was not asked. `rest`: what nonparametric terms explain of the residual.
     """
 
     model: Model
@@ -85,7 +84,8 @@ class Findings:
     current_model: CurrentModel
     first_groups: Float64
     samples: NDArray[np.int64]
-    tested: Mapping[str, Sequence[Candidate]] = field(default_factory=dict)
+    tested: tuple[str, ...] = ()
+    found: Found | None = None
     rest: list[NonparametricTerm] = field(default_factory=list)
     verdict: str = ""
     is_interrupted: bool = False

@@ -1,0 +1,185 @@
+"""What a record tells of effects: from which size on each shows, and which of them are one.
+
+Everything is linear about a model, by the Fisher information of its innovations. Base parameters hide of an effect what
+they can do inside their tolerances, and disturbances what is immaterial.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from etb_hil.base.compiled import njit
+from etb_hil.estimation.calibration import best_step, over
+from etb_hil.estimation.filtering import Disturbance, Filtered, filtered, sensitivities
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.throttle import OMEGA, TORQUE, VOLTAGE
+from etb_hil.estimation.unknown import Unknown
+from etb_hil.hypotheses.candidates import Candidate
+from etb_hil.hypotheses.constants import EQUIVALENT_SHAPE, GAIN, IMMATERIAL, NOTHING, WHITE
+from etb_hil.plant.physics import COULOMB, RESISTANCE, TORQUE_PER_AMPERE
+from etb_hil.recording.samples import Float64, Int64
+
+COLLINEAR = math.sqrt(1.0 - EQUIVALENT_SHAPE**2)  # cosine of two effects of which neither excludes the other
+_LOST = 1e-8  # share of an effect's information that is the rounding error of a difference
+_NEAR = 0.02  # of a size: as well as it is looked for
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What a record tells of some effects beside `unknowns` (b), which come first in all matrices (c, c).
+
+    `information` of the columns; `torque` and `voltage`: mean products of the disturbances that a filter needs for a
+    unit of each, in N·m and V; `white`: of the innovations, summed over the readings.
+    """
+
+    at: Filtered
+    unknowns: tuple[Unknown, ...]
+    asked: tuple[Candidate, ...]
+    information: Float64
+    torque: Float64
+    voltage: Float64
+    white: Float64
+
+    def smallest(self, number: int, most: float) -> float | None:
+        """Return the smallest first strength of an effect that a search would accept, with the sign of `most`.
+
+        None where `most` is none. The effect has that number among those asked.
+        """
+        high = abs(most)
+        if not self._is_enough(number, most):
+            return None
+        own = self.information[len(self.unknowns) + number, len(self.unknowns) + number]
+        low = min(math.sqrt(2.0 * GAIN / own), high)
+        while high > (1.0 + _NEAR) * low:
+            middle = math.sqrt(low * high)
+            low, high = (low, middle) if self._is_enough(number, math.copysign(middle, most)) else (middle, high)
+        return high
+
+    def _is_enough(self, number: int, size: float) -> bool:
+        """Tell whether both the evidence of a size and the misfit without the effect suffice for a cause."""
+        p, count = self.at.parameters, len(self.unknowns)
+        own, base = count + number, np.arange(count)
+        values, scale = (np.array(one) for one in zip(*((p[u.place], u.deviation) for u in self.unknowns), strict=True))
+        cross = self.information[base, own] * size
+        step, gain = best_step(values, self.unknowns, self.information[:count, :count], cross, farthest=np.inf)
+        width = self.asked[number].unknowns()[0].deviation
+        beside = max(self.information[own, own] * size**2 - 2.0 * gain, 0.0)
+        evidence = 0.5 * beside - 0.5 * math.log1p(beside / size**2 * width**2)
+        left = np.zeros(len(self.information))
+        left[own], left[base] = size, -step * scale
+        per_volt = p[TORQUE_PER_AMPERE] / p[RESISTANCE]
+        volts = max(left @ self.voltage @ left - self.at.voltage_noise**2, 0.0)
+        needed = (left @ self.torque @ left + per_volt**2 * volts) / (IMMATERIAL * p[COULOMB]) ** 2
+        moved = p.copy()
+        moved[[u.place for u in self.unknowns]] += step * scale
+        beyond = float(np.sum(over(moved, self.unknowns) ** 2))
+        return bool(evidence > GAIN and needed + left @ self.white @ left / WHITE + beyond > NOTHING**2)
+
+
+def told(record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked: Sequence[Candidate]) -> Told:
+    """Return what a record tells of the first strength of each effect.
+
+    `unknowns`: those of the model without the effects.
+    """
+    at = filtered(record, parameters, _immaterial(parameters), is_kept=True)
+    columns = [*(one.column() for one in unknowns), *(one.columns()[0] for one in asked)]
+    normal = sensitivities(record, at, columns, is_kept=True)
+    errors = np.divide(
+        normal.rows, at.roots[:, :, None], out=np.zeros_like(normal.rows), where=at.roots[:, :, None] > 0
+    )
+    moves = np.abs(at.states[:, OMEGA]) > at.rests
+    torque, voltage = (_needed(record.since, errors, at.gains, at.moves, place) for place in (TORQUE, VOLTAGE))
+    white = np.zeros_like(normal.matrix)
+    for m, root in enumerate(at.roots.T):
+        if (root > 0.0).any():
+            white += _mean_products(normal.rows[root > 0.0, m])
+    products = _mean_products(torque[moves]), _mean_products(voltage)
+    return Told(at, tuple(unknowns), tuple(asked), normal.matrix, *products, white)
+
+
+@njit(cache=True, error_model="numpy")
+def _needed(since: Float64, errors: Float64, gains: Float64, moves: Float64, place: int) -> Float64:
+    """Return (n, c) what innovations (n, 3, c) move of a state that only fades by itself."""
+    found = np.zeros((errors.shape[0], errors.shape[2]))
+    for k in range(errors.shape[0]):
+        for c in range(errors.shape[2]):
+            now = moves[k - 1, place, place] * found[k - 1, c] if k > 0 and since[k] == 0.0 else 0.0
+            for m in range(3):
+                now += gains[k, m, place] * errors[k, m, c]
+            found[k, c] = now
+    return found
+
+
+def _mean_products(rows: Float64) -> Float64:
+    return np.asarray(rows.T @ rows / max(len(rows), 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Isolability:
+    """Pairs that are not isolable, with their cosine; undetectable effects; all pairs."""
+
+    not_isolable: list[tuple[str, str, float]]
+    hidden: list[str]
+    pairs: int
+
+
+def isolability(
+    record: Record, parameters: Float64, unknowns: Sequence[Unknown], shapes: Sequence[Candidate]
+) -> Isolability:
+    """Return which effects a record isolates beside the unknowns; one collinear shape is enough.
+
+    An effect shows where a physical step of it has the evidence of a cause.
+    """
+    at = filtered(record, parameters, _immaterial(parameters), is_kept=True)
+    each = [one.columns() for one in shapes]
+    columns = [*(one.column() for one in unknowns), *(column for its in each for column in its)]
+    matrix, count = sensitivities(record, at, columns).matrix, len(unknowns)
+    information = _beside(matrix, unknowns)
+    is_told = np.diag(information) > _LOST * np.diag(matrix)[count:]
+    spans: dict[str, list[tuple[Int64, Float64]]] = {one.id: [] for one in shapes}
+    first = 0
+    for one, its in zip(shapes, each, strict=True):
+        place = np.arange(first, first + len(its))
+        first += len(its)
+        block, steps = information[np.ix_(place, place)], np.array([column.step for column in its])
+        if is_told[place].all() and float(np.max(steps**2 * np.diag(block))) > 2.0 * GAIN:
+            spans[one.id].append((place, _whitener(block)))
+    shown = [id_ for id_, its in spans.items() if its]
+    not_isolable = []
+    for first_id, other_id in combinations(shown, 2):
+        cosine = max(
+            float(np.linalg.norm(a.T @ information[np.ix_(i, j)] @ b, 2))
+            for i, a in spans[first_id]
+            for j, b in spans[other_id]
+        )
+        if cosine >= COLLINEAR:
+            not_isolable.append((first_id, other_id, min(cosine, 1.0)))
+    hidden = [id_ for id_ in spans if id_ not in shown]
+    return Isolability(sorted(not_isolable, key=lambda pair: -pair[2]), hidden, len(shown) * (len(shown) - 1) // 2)
+
+
+def _immaterial(parameters: Float64) -> Disturbance:
+    """Return the largest disturbances that are immaterial."""
+    torque = IMMATERIAL * float(parameters[COULOMB])
+    return Disturbance(torque, torque * float(parameters[RESISTANCE] / parameters[TORQUE_PER_AMPERE]))
+
+
+def _beside(matrix: Float64, unknowns: Sequence[Unknown]) -> Float64:
+    """Return the information beside unknowns that lie in their priors and come first in a matrix."""
+    count = len(unknowns)
+    scale = np.array([one.deviation for one in unknowns])
+    base = matrix[:count, :count] * np.outer(scale, scale) + np.eye(count)
+    cross = matrix[:count, count:] * scale[:, None]
+    return np.asarray(matrix[count:, count:] - cross.T @ np.linalg.solve(base, cross))
+
+
+def _whitener(block: Float64) -> Float64:
+    """Return W (c, d) by which W' block W is 1, in the directions that there are."""
+    values, vectors = np.linalg.eigh(block)
+    is_there = values > _LOST * values.max()
+    return np.asarray(vectors[:, is_there] / np.sqrt(values[is_there]))

@@ -1,0 +1,76 @@
+"""A record as hypotheses about it are compared: with terms of its bench, and with what is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etb_hil.estimation.calibration import Fitted, begun, calibrated, settled
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.unknown import Unknown, base_unknowns
+from etb_hil.hypotheses.candidates import as_seen, unknowns_of
+from etb_hil.hypotheses.constants import OFFSET
+from etb_hil.hypotheses.terms import bench_unknowns, with_room, with_terms
+from etb_hil.plant.device_effects import effects_of
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import INDUCTANCE
+from etb_hil.recording.samples import Float64
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A record, the effects that it may show by id, and the unknowns of a model without them.
+
+    `parameters`: the whole vector of the model file.
+    """
+
+    record: Record
+    effects: Mapping[str, Effect]
+    unknowns: tuple[Unknown, ...]
+    parameters: Float64
+
+    def calibrated(self) -> tuple[Record, Fitted]:
+        """Return the calibrated model, and the record with unsure torque where its stops are."""
+        first = calibrated(self.record, self.parameters, self.unknowns)
+        # All hypotheses have the same noise, or their likelihoods could not be compared.
+        record = self.record.placed(first.parameters)
+        return record, settled(record, begun(record, first.parameters, self.unknowns, first.disturbance))
+
+
+def prepared(whole: Record, model: Model) -> Prepared:
+    """Return what is compared of a record of a model's device."""
+    record = with_terms(whole)
+    effects = effects_of(model)
+    base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
+    unknowns = (*base, *bench_unknowns(record), *_stated(model, effects))
+    seen = as_seen(record, effects, model.values.gear_ratio)
+    return Prepared(record, seen, unknowns, with_room(model.vector()))
+
+
+def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
+    """Return a base parameter with the tolerance that a bench gives it.
+
+    A voltage that is sampled beside its changes is an inductance that is off by that time times the resistance.
+    """
+    if unknown.place != INDUCTANCE:
+        return unknown
+    reach = unknown.reach + OFFSET * float(np.median(record.dt)) * model.values.resistance
+    return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
+
+
+def _stated(model: Model, effects: Mapping[str, Effect]) -> list[Unknown]:
+    """Return the unknowns of the model file's own effects, as well as they are known."""
+    found, vector = [], model.vector()
+    for effect in (effects[entry.id] for entry in model.effects):
+        strengths = [effect.indices[k] for k in effect.strengths]
+        measured = {one.name: one for one in model.measured.values() if one.id == effect.id}
+        for unknown in unknowns_of(effect, vector) if vector[strengths].any() else ():
+            if known := measured.get(unknown.name):
+                half = known.uncertainty
+                found.append(replace(unknown, mean=known.value, deviation=half / np.sqrt(3.0), reach=half))
+            elif not measured or unknown.place not in strengths:
+                found.append(unknown)
+    return found

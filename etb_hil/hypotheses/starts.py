@@ -1,0 +1,140 @@
+"""Where fits begin: on the slope that the linear pass shows, or at strengths to which no slope leads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import numpy as np
+
+from etb_hil.estimation.calibration import Fitted, first_disturbance
+from etb_hil.estimation.filtering import Disturbance, filtered
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.unknown import Unknown
+from etb_hil.hypotheses.constants import GIVES_WAY, HALVINGS, LEAST_STEP, PARAMETER, PARTS, STARTED
+from etb_hil.hypotheses.linear import Start
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
+from etb_hil.recording.samples import Float64
+
+
+def from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
+    """Return a start of a fit, or a likelier one to which no slope leads."""
+    if effect := effects.get(start.ids[0]):
+        p = _strength_elsewhere(record, before, start, effect)
+    else:
+        p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
+    if p is start.parameters:
+        return start
+    likeliest = filtered(record, p, _likelier_disturbance(record, before, p)).log_likelihood
+    gains = likeliest - before.filtered.log_likelihood
+    return Start(start.ids, p, p, max(start.evidence, gains))
+
+
+def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Disturbance]:
+    """Return where a fit begins, and under which disturbances.
+
+    A linear step may go too far: after it the model is at least as likely as the one before. A start from elsewhere
+    begins as a first fit does. By the disturbances of a fit that lacks the cause, it may be the less likely model.
+    """
+    share, p = 1.0, start.parameters
+    if p is start.origin:
+        return p, first_disturbance(p)
+    while (
+        share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < before.filtered.log_likelihood
+    ):
+        share *= 0.5
+        p = start.nearer(share)
+    return p, _likelier_disturbance(record, before, p)
+
+
+def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Float64:
+    """Return a start at strengths to which no slope leads, where it is likelier.
+
+    Combinations of strengths are tried where one alone is likelier.
+    """
+    origins = start.origin, _as_stated(start.origin, before.unknowns)
+    places = [effect.indices[k] for k in effect.strengths]
+    alone, together = list[Float64](), list[Float64]()
+    for values in product(*((0.0, *effect.parameters[k].elsewhere) for k in effect.strengths)):
+        for origin in origins if any(values) else ():
+            p = origin.copy()
+            p[places] = values
+            (alone if np.count_nonzero(values) == 1 else together).append(p)
+    if not alone:
+        return start.parameters
+    some = record.thinned(STARTED, PARTS)
+    p = _likeliest(some, start.parameters, alone)
+    return p if p is start.parameters else _nearer(some, _likeliest(some, p, together), effect)
+
+
+def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
+    """Return parameters with the base model's as they are stated.
+
+    A calibration may have hidden the cause in them.
+    """
+    found = parameters.copy()
+    for one in unknowns:
+        if one.effect is None and np.isfinite(one.reach):
+            one.put(found, one.mean)
+    return found
+
+
+def _stops_elsewhere(record: Record, start: Start) -> list[Float64]:
+    """Return starts with a stop where the motion ends.
+
+    How far the plate went into it is unknown.
+    """
+    angle = record.readings[:, 1 if np.isfinite(record.readings[:, 1]).any() else 2]
+    ends = {
+        "stop_low": (STOP_LOW, float(np.nanmin(angle)), 1.0),
+        "stop_high": (STOP_HIGH, float(np.nanmax(angle)), -1.0),
+    }
+    found = []
+    for place, end, inside in (ends[name] for name in ends if PARAMETER + name in start.ids):
+        for way in GIVES_WAY:
+            found.append(start.origin.copy())
+            found[-1][place] = end + inside * way
+    return found
+
+
+def _likeliest(record: Record, start: Float64, others: Sequence[Float64]) -> Float64:
+    """Return the likeliest of a start and others; the start itself without any."""
+    return max([start, *others], key=lambda one: _first_likelihood(record, one)) if others else start
+
+
+def _nearer(record: Record, start: Float64, effect: Effect) -> Float64:
+    """Return a likelier start between those that were tried.
+
+    It is found by a compass search (Kolda, Lewis and Torczon 2003). So near to the truth, what remains is small, and
+    small disturbances are the likelier ones.
+    """
+    best, most = start, _first_likelihood(record, start)
+    for halving in range(1, HALVINGS + 1):
+        for k in effect.strengths:
+            one, place = effect.parameters[k], effect.indices[k]
+            step = 0.5**halving * float(np.diff((0.0, *one.elsewhere)).min(initial=0.0))
+            for by in (step, -step):
+                p = best.copy()
+                p[place] = np.clip(p[place] + by, one.low, one.high)
+                if (found := _first_likelihood(record, p)) > most:
+                    best, most = p, found
+                    break
+    return best
+
+
+def _first_likelihood(record: Record, parameters: Float64) -> float:
+    """Return the log-likelihood under the disturbances that a first fit begins with.
+
+    Those of a fit that lacks the cause are larger, and hide how much starts differ.
+    """
+    return filtered(record, parameters, first_disturbance(parameters)).log_likelihood
+
+
+def _likelier_disturbance(record: Record, before: Fitted, parameters: Float64) -> Disturbance:
+    """Return the disturbances of the model before, or those of any fit's start.
+
+    Where something else stood for the cause, the former have little to do with it.
+    """
+    each = before.disturbance, first_disturbance(parameters)
+    return max(each, key=lambda one: filtered(record, parameters, one).log_likelihood)
