@@ -30,11 +30,11 @@ def on_our_clock(stamp_ns: np.ndarray[Any, np.dtype[np.int64]], clock: Clock) ->
 
 
 def as_they_came(stamp_ns: np.ndarray[Any, np.dtype[np.int64]], waited_ns: int) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Return stamps (n; ns) of frames that waited `waited_ns` at most, none later than one behind it.
+    """Return stamps (n; ns) of which none is later than one that came behind it.
 
-    Linux turns its stamping on a little after the first socket asks for it. What came before is stamped when it is
-    read, behind frames that came later. A stamp that is later by more than frames waited is of a clock that was set:
-    it stays.
+    Frames waited `waited_ns` at most. Linux turns its stamping on a little after the first socket asks for it. What
+    came before is stamped when it is read, behind frames that came later. A stamp that is later by more than frames
+    waited is of a clock that was set: it stays.
     """
     latest = np.minimum.accumulate(stamp_ns[::-1])[::-1]
     return np.where(stamp_ns - latest <= waited_ns, latest, stamp_ns)
