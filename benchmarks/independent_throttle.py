@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -297,10 +298,18 @@ def _dash(peak, against, rise, fall):
     )
 
 
+@lru_cache(maxsize=8)
 def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
-    """Return Truth and a list of (kind, first sample, end sample) for the phases of a friction check."""
+    """Return Truth and (kind, first sample, end sample) for the phases of a friction check; of recent units, the same.
+
+    The arrays are read-only.
+    """
     *motion, phases = check_motion(unit.limp_home, low=low, high=high, speeds=speeds, dashes=dashes)
-    return simulate(unit, *motion), phases
+    truth = simulate(unit, *motion)
+    for values in vars(truth).values():
+        if values is not None:
+            values.setflags(write=False)
+    return truth, tuple(phases)
 
 
 def check_motion(start, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):

@@ -9,6 +9,7 @@ import re
 import sys
 import tokenize
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -21,9 +22,11 @@ LONGEST_FIRST_LINE = 80  # characters of a docstring's first line
 _NEGATION = re.compile(r"(?<!there )\b(?:is|are) no(?:ne)?\b(?! (?:longer|less))")
 
 
-def modules(package=PACKAGE):
-    """Return the syntax tree of each module by path."""
-    return {path: ast.parse(path.read_text("utf-8")) for path in sorted(package.rglob("*.py"))}
+@cache
+def texts_of(package):
+    """Return [(path, line, text, is_docstring)] of all modules, read once for all checks."""
+    paths = sorted(package.rglob("*.py"))
+    return [(path, *said) for path in paths for said in texts(ast.parse(path.read_text("utf-8")))]
 
 
 def is_for_people(said):
@@ -55,8 +58,7 @@ def banned(package=PACKAGE):
     """Return `path:line: word (better)` of each banned word."""
     return [
         f"{path.relative_to(package.parent)}:{line}: '{hit[0]}' ({better})"
-        for path, tree in modules(package).items()
-        for line, said, _ in texts(tree)
+        for path, line, said, _ in texts_of(package)
         for pattern, better in PATTERNS.items()
         for hit in pattern.finditer(re.sub(r"`[^`]*`", "", said))
     ]
@@ -66,8 +68,7 @@ def negations(package=PACKAGE):
     """Return `path:line: message` of each message that says what something is not: "X is no Y"."""
     return [
         f"{path.relative_to(package.parent)}:{line}: {said[:90]}"
-        for path, tree in modules(package).items()
-        for line, said, is_docstring in texts(tree)
+        for path, line, said, is_docstring in texts_of(package)
         if not is_docstring and _NEGATION.search(said)
     ]
 
@@ -76,8 +77,7 @@ def long_sentences(package=PACKAGE):
     """Return `path:line: words: sentence` of each sentence in a message that is too long."""
     return [
         f"{path.relative_to(package.parent)}:{line}: {len(sentence.split())} words: {sentence[:90]}"
-        for path, tree in modules(package).items()
-        for line, said, is_docstring in texts(tree)
+        for path, line, said, is_docstring in texts_of(package)
         if not is_docstring and is_for_people(said)
         for sentence in re.split(r"(?<=[.;:!?])\s", said)
         if len(sentence.split()) > LONGEST
@@ -88,8 +88,7 @@ def long_first_lines(package=PACKAGE):
     """Return `path:line: first line` of each docstring whose first line has more than 80 characters."""
     return [
         f"{path.relative_to(package.parent)}:{line}: {first}"
-        for path, tree in modules(package).items()
-        for line, said, is_docstring in texts(tree)
+        for path, line, said, is_docstring in texts_of(package)
         if is_docstring and len(first := said.strip().partition("\n")[0]) > LONGEST_FIRST_LINE
     ]
 
