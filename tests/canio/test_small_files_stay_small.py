@@ -14,7 +14,7 @@ from etb_hil.canio.frames import FrameBlock, FrameFlag
 from etb_hil.canio.logs.writing import write_log
 
 START_NS = 1_700_000_000_000_000_000
-SOON_S = 20.0
+SOON_S = 60.0  # of the processor: a reader that hangs takes longer
 
 
 def frames(count, channel=0):

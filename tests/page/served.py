@@ -65,13 +65,13 @@ class Served:
 
     def end(self, how=signal.SIGTERM):
         self.process.send_signal(how)
-        self.process.wait(20)
+        self.process.wait(120)
         self.process.stdout.close()
         self.errors.close()
 
     def ask(self, method, path, order=None, cookie=None, **headers):
         """Return (status, headers, body) of a request as a browser on the page's own address sends it."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
         own = {"Host": f"127.0.0.1:{self.port}"}
         if method == "POST":
             own["Origin"] = f"http://127.0.0.1:{self.port}"

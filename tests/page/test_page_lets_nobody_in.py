@@ -7,7 +7,6 @@ import socket
 import stat
 import subprocess
 import sys
-import time
 from contextlib import ExitStack
 
 import pytest
@@ -89,7 +88,7 @@ def test_a_report_lies_in_a_session_and_nowhere_else(page, path):
 def test_a_body_that_is_no_order_is_refused(page, body):
     cookie = take(page)
     for path in ("/api/start", "/api/answer", "/api/hold"):
-        connection = http.client.HTTPConnection("127.0.0.1", page.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", page.port, timeout=120)
         own = f"127.0.0.1:{page.port}"
         connection.request("POST", path, body, {"Host": own, "Origin": f"http://{own}", "Cookie": cookie})
         assert 400 <= connection.getresponse().status < 500
@@ -207,6 +206,5 @@ def test_a_rate_counts_each_key_alone_and_forgets():
     for key in range(1000):
         now[0] += 1.0
         rate.allows(str(key))
-    started = time.process_time()
     assert rate.allows("z")
-    assert time.process_time() - started < 1.0
+    assert len(rate._events) < 20  # of the last ten seconds

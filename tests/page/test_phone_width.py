@@ -175,7 +175,7 @@ def test_a_plot_for_phones_can_be_zoomed_when_a_window_becomes_narrow(browser, p
     plot = browser.execute_script(NARROW)
     assert not plot.is_displayed()
     wide(browser, PHONE)
-    WebDriverWait(browser, 20).until(lambda _: plot.get_attribute("tabindex") == "0")
+    WebDriverWait(browser, 120).until(lambda _: plot.get_attribute("tabindex") == "0")
     assert plot.is_displayed()
     assert browser.execute_script(f"const svg = arguments[1]; {ZOOM_ONE}", 2, plot)
 

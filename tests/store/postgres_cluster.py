@@ -52,7 +52,7 @@ class Cluster:
     def kill(self):
         process = int((self.data / "postmaster.pid").read_text().splitlines()[0])
         os.kill(process, signal.SIGKILL)
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + 120.0
         while Path(f"/proc/{process}").exists() and time.monotonic() < end:
             time.sleep(0.02)
 

@@ -29,7 +29,7 @@ from etb_hil.scenario.scenario_file import load_scenario
 
 STOCK = {"scenario": "friction_check", "bench": "virtual_classic", "model": "default", "limits": "default"}
 LOAD = {"scenario": load_scenario, "bench": load_bench, "model": load_model, "limits": load_limits}
-SOON_S = 20.0
+SOON_S = 60.0  # of the processor: a reader that hangs takes longer
 
 NASTY = [
     "", "~", "true", ".nan", ".inf", "-.inf", "1e999", "1e-320", "-1", "0", "9" * 400, "0x" + "f" * 400,
