@@ -166,16 +166,26 @@ def test_wider_payloads_than_the_message_are_read(current):
         current.decode(narrow[:, :4])
 
 
+def _message_with(signal):
+    """Return a message of 8 bytes with one signal `S`, whose place, scale and sign are as in a DBC file."""
+    text = f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n SG_ S : {signal} [0|0] "" A\n'
+    return cantools.database.load_string(text, "dbc").messages[0]
+
+
+def _wide(length, order, signed, data, scale=1, offset=0):
+    """Return a message with a wide integer at a drawn place, and the least raw value of it."""
+    start = 7 if order == 0 else data.draw(st.integers(0, 64 - length))
+    message = _message_with(f"{start}|{length}@{order}{'-' if signed else '+'} ({scale},{offset})")
+    return message, -(1 << length - 1) if signed else 0
+
+
 @pytest.mark.parametrize("length", [54, 57, 63, 64])
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("signed", [False, True])
 @given(data=st.data())
 @settings(max_examples=20)
 def test_integers_of_more_bits_than_a_float_keep_them_all(length, order, signed, data):
-    start = 7 if order == 0 else data.draw(st.integers(0, 64 - length))
-    signal = f' SG_ S : {start}|{length}@{order}{"-" if signed else "+"} (1,0) [0|0] "" A\n'
-    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signal}', "dbc").messages[0]
-    low = -(1 << length - 1) if signed else 0
+    message, low = _wide(length, order, signed, data)
     value = data.draw(st.integers(low, low + (1 << length) - 1))
     codec = MessageCodec(message)
     assert codec.encode({"S": value})[0].tobytes() == message.encode({"S": value}, strict=False)
@@ -197,11 +207,8 @@ def test_integers_of_more_bits_than_a_float_keep_them_all(length, order, signed,
 @settings(max_examples=30)
 def test_wide_integers_with_whole_scales_keep_all_bits_in_any_company(length, order, signed, data):
     """A list of 64-bit integers on both sides of 2^63 is a list of floats to numpy."""
-    start = 7 if order == 0 else data.draw(st.integers(0, 64 - length))
     scale, offset = data.draw(st.sampled_from([(1, 0), (2, 0), (-1, 0), (1, 7), (3, -5), (4, 1)]))
-    signal = f' SG_ S : {start}|{length}@{order}{"-" if signed else "+"} ({scale},{offset}) [0|0] "" A\n'
-    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signal}', "dbc").messages[0]
-    low = -(1 << length - 1) if signed else 0
+    message, low = _wide(length, order, signed, data, scale, offset)
     raws = data.draw(st.lists(st.integers(low, low + (1 << length) - 1) | st.just(low + (1 << length) - 1), min_size=1))
     expected = [message.encode({"S": raw}, scaling=False) for raw in raws]
     exact = [message.decode(payload, decode_choices=False)["S"] for payload in expected]
@@ -213,14 +220,12 @@ def test_wide_integers_with_whole_scales_keep_all_bits_in_any_company(length, or
 
 
 def test_a_refused_wide_integer_is_told_with_its_range_to_the_last_digit():
-    signal = ' SG_ S : 0|64@1+ (1,0) [0|0] "" A\n'
-    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signal}', "dbc").messages[0]
+    message = _message_with("0|64@1+ (1,0)")
     with pytest.raises(InputError, match=r"it is 18446744073709551616\); allowed: 0 to 18446744073709551615;"):
         MessageCodec(message).encode({"S": [1, 1 << 64]})
 
 
 def test_fractions_beside_wide_integers_are_scaled_as_they_are():
-    signal = ' SG_ S : 0|64@1+ (0.5,0) [0|0] "" A\n'
-    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signal}', "dbc").messages[0]
+    message = _message_with("0|64@1+ (0.5,0)")
     payloads = MessageCodec(message).encode({"S": [0.5, (1 << 63) - 1, 2.5]})
     assert payloads.view(np.uint64).ravel().tolist() == [1, (1 << 64) - 2, 5]

@@ -85,7 +85,7 @@ def test_what_a_throttle_may_be_is_not(measured):
         "magnet_temperature": (4.0,),
     }.items():
         odd[row(effect) : row(effect) + len(strengths)] = strengths
-    must_be_of_throttle([measurement(odd, seed=6)], MODEL)
+    assert must_be_of_throttle([measurement(odd, seed=6)], MODEL) is None
 
 
 def test_a_short_way_is_no_unit_mismatch(measured):
@@ -105,4 +105,5 @@ def test_springs_that_drive_the_motor_for_a_while_are_no_wrong_sign(measured):
     for first in range(0, len(measured) - 2000, 500):
         samples = slice(first, first + 2000)
         its = ("voltage", "angle", "current", "plate", "temperature", "is_good")
-        must_be_of_throttle([replace(measured, **{name: getattr(measured, name)[samples] for name in its})], MODEL)
+        part = replace(measured, **{name: getattr(measured, name)[samples] for name in its})
+        assert must_be_of_throttle([part], MODEL) is None
