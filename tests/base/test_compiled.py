@@ -88,7 +88,14 @@ def _where_the_package_is_read_only(installation, _folder):
     return installation.user_cache
 
 
-@pytest.mark.parametrize("place", [_beside_the_package, _in_a_shared_folder, _where_the_package_is_read_only])
+@pytest.mark.parametrize(
+    "place",
+    [
+        _beside_the_package,
+        pytest.param(_in_a_shared_folder, marks=pytest.mark.study),
+        _where_the_package_is_read_only,
+    ],
+)
 def test_a_changed_function_of_another_file_runs_at_once_wherever_the_machine_code_lies(installation, tmp_path, place):
     folder = place(installation, tmp_path)
     assert installation.start() == (4.0, True)

@@ -75,7 +75,10 @@ def slcan(stack, tmp_path):
 
 @pytest.mark.parametrize(
     ("bus", "unit", "expected"),
-    [("udp_multicast", "default", ExitCode.DONE), ("slcan", "faulty", ExitCode.UNIT_FAILED)],
+    [
+        pytest.param("udp_multicast", "default", ExitCode.DONE, marks=pytest.mark.study),
+        ("slcan", "faulty", ExitCode.UNIT_FAILED),
+    ],
 )
 def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, unit, expected):
     here, there = request.getfixturevalue(bus)

@@ -17,7 +17,7 @@ def session(tmp_path_factory):
     return run_on(tmp_path_factory.mktemp("sessions"), unit="faulty").session.folder
 
 
-@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("ending", [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.study)])
 def test_what_was_known_is_kept(session, tmp_path, ending):
     terminal = Terminal(tmp_path, *ETB_HIL, "explain", str(session), "--model", "default", "--out", "answer")
     terminal.until("looking for a cause")

@@ -18,7 +18,7 @@ def vcan():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "step"), [("classic", 20), ("fd", 10)])
+@pytest.mark.parametrize(("kind", "step"), [pytest.param("classic", 20, marks=pytest.mark.study), ("fd", 10)])
 def test_a_controller_in_its_own_process_answers_and_lets_go(tmp_path, kind, step):
     # A controller goes before all other work: in a guest, which has one processor, a slow host would starve its driver.
     slower = 5 if vcan_machine.machine() == "uml" else 1

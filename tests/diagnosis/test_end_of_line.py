@@ -49,7 +49,7 @@ def test_the_same_is_measured_in_bursts():
     assert len(motion)
 
 
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", [0, *(pytest.param(k, marks=pytest.mark.study) for k in (1, 2))])
 def test_intervals_hold_what_is_true_of_drawn_units(job, number):
     """Of 27 intervals of 95 % each, one in a hundred units misses five; none is off by more than twice its width."""
     finished, truths = judged(job, number, argparse.Namespace(seed=29, truths=0))

@@ -59,7 +59,7 @@ def test_bump_is_found_and_placed(place):
         assert found.value == pytest.approx(true, rel=within)
 
 
-@pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize("rate", [1000, pytest.param(20000, marks=pytest.mark.study)])
 @pytest.mark.parametrize(
     "shape",
     [

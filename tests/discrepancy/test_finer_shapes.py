@@ -95,7 +95,8 @@ def test_where_friction_levels_off_in_the_cold_is_found(limit, degrees):
     assert found.fit.cost < 0.5 * plain.final.fit.cost
 
 
-@pytest.mark.parametrize("limit", [pytest.param(0.0, marks=pytest.mark.study), 54.0])
+@pytest.mark.study
+@pytest.mark.parametrize("limit", [0.0, 54.0])
 def test_a_search_bends_a_law_of_the_temperature_to_its_limit_in_the_cold(limit):
     p = MODEL.vector()
     p[list(COLD.stated_indices)] = [-0.5, -0.5, -2.0, limit]

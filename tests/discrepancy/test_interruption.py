@@ -94,6 +94,7 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
     )
 
 
+@pytest.mark.study
 def test_while_candidates_are_compared_with_what_is_left_the_causes_and_the_calibration_are_kept(
     cogging_recording, monkeypatch
 ):

@@ -134,7 +134,7 @@ def test_a_value_says_what_its_interval_alone_does_not():
     assert Estimate("effect.x", FIRST, 1.0, 1.0, 1.0, on_bound=False).flags == []
 
 
-@pytest.mark.parametrize("blocks", [2, 3, 6, 40])
+@pytest.mark.parametrize("blocks", [2, *(pytest.param(k, marks=pytest.mark.study) for k in (3, 6)), 40])
 def test_a_number_that_few_blocks_tell_is_held_as_often(blocks):
     """Noise that lasts as long as a block: each of them is one reading, and two readings are two."""
     rng = np.random.default_rng(blocks)

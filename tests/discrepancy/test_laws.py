@@ -75,6 +75,7 @@ def test_a_healthy_unit_that_warms_is_adequate_and_its_file_keeps_its_laws():
     np.testing.assert_array_equal(written.vector()[row("resistance_temperature") :][:3], 0.0)
 
 
+@pytest.mark.study
 def test_magnets_that_weaken_by_more_are_named_by_all_that_they_weaken_and_no_law_says_it_again():
     weak = OBEYING.vector()
     stated = float(weak[row("magnet_temperature")])

@@ -127,6 +127,7 @@ def test_a_drive_is_given_what_its_samples_say():
     assert not may_miss_commands(*_measured(500, is_drive=True))
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_a_healthy_unit_is_not_rejected_of_commands_that_no_sample_has():
     hidden = hidden_case(214302, rate=500, seconds=15.0)

@@ -144,6 +144,16 @@ def _not_numba(theta, share):
     return share * float(f"{theta}")
 
 
+@pytest.fixture(scope="module")
+def room():
+    """After all that was refused, an effect finds its room still free."""
+    yield
+    register(WEAR)
+    unregister("wear")
+    assert "wear" not in CATALOGUE
+
+
+@pytest.mark.usefixtures("room")
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -173,8 +183,6 @@ def test_what_breaks_the_contract_is_refused_and_nothing_is_taken_in(changes, sa
         register(wrong)
     assert dict(CATALOGUE) == before
     np.testing.assert_array_equal(_run(MODEL).angle, plain)
-    register(WEAR)  # its room is free, still
-    unregister("wear")
 
 
 def test_only_what_came_from_outside_can_be_taken_out():

@@ -12,6 +12,7 @@ def _class(name, seed):
     return found.ambiguity_group
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_soft_bristles_are_no_memory_at_reversals():
     # Bristles of 0.3 times the stated stiffness. A current that reads wrong is the base but for a hundredth there.
@@ -34,7 +35,8 @@ def test_an_iron_loss_that_turned_into_a_viscosity_is_no_name_of_its_own():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.study) for seed in (224200, 224205)), 224204])
+@pytest.mark.study
+@pytest.mark.parametrize("seed", [224200, 224204, 224205])
 def test_both_frictions_off_by_one_factor_are_two_causes_of_the_right_size(seed):
     # Unit over nominal is 1.69, 0.55 and 1.55: either alone leaves a Stribeck curve that no throttle has.
     hidden = hidden_case(seed, FRICTION, "strong")

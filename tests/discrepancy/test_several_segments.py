@@ -70,10 +70,16 @@ def test_a_cause_that_the_beginning_shows_too_is_looked_for_in_all_samples():
     assert balances.regimes is before
 
 
-def test_what_happens_once_in_some_seconds_is_no_cause(whole):
-    """A wrong resistance in all of the voltage, and still too short to be told from another cause."""
+@pytest.mark.parametrize("is_ended", [True, pytest.param(False, marks=pytest.mark.study)])
+def test_what_happens_once_in_some_seconds_is_no_cause(whole, is_ended):
+    """A wrong resistance in all of the voltage, too short to be told from another cause: also by a whole search."""
+
+    def progress(what):
+        if is_ended and what.startswith("looking for a cause"):
+            raise KeyboardInterrupt
+
     recording = _piece(whole, 30.0, 4.0, motor_voltage=lambda volts: 1.3 * volts)
-    found = plain(explain([recording], MODEL))
+    found = plain(explain([recording], MODEL, progress=progress))
     assert found["verdict"] == "insufficient_data"
     assert not found["causes"]
     assert "at least 10 s are needed to distinguish a cause from a single event" in found["data_quality"][0]

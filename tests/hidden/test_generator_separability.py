@@ -23,9 +23,9 @@ def _cosine(a, b):
         "friction_load",
         pytest.param("stiction_dwell", marks=pytest.mark.study),
         pytest.param("torque_ripple", marks=pytest.mark.study),
-        "magnet_temperature",
-        "supply_sag",
-        "gear_backlash",
+        pytest.param("magnet_temperature", marks=pytest.mark.study),
+        pytest.param("supply_sag", marks=pytest.mark.study),
+        pytest.param("gear_backlash", marks=pytest.mark.study),
         pytest.param("shaft_compliance", marks=pytest.mark.study),
     ],
 )
@@ -42,6 +42,7 @@ def test_replayed_sensitivities_agree_with_whole_simulations(name):
     assert np.linalg.norm(replayed) == pytest.approx(np.linalg.norm(whole), rel=0.1)
 
 
+@pytest.mark.study
 def test_brush_drop_and_dead_time_look_alike():
     (verdict,) = separability(make_case(32, ("brush_drop",), "medium", seconds=20.0))
     assert "hbridge_dead_time" in verdict.look_alikes
@@ -60,6 +61,7 @@ def test_a_wrong_preload_looks_like_its_shift():
     assert "spring_preload_shift" in verdict.look_alikes
 
 
+@pytest.mark.study
 def test_a_sensor_s_hysteresis_stands_alone_and_stays_visible():
     case = make_case(35, ("sensor_hysteresis",), "strong", seconds=20.0)
     (verdict,) = separability(case)
@@ -68,6 +70,7 @@ def test_a_sensor_s_hysteresis_stands_alone_and_stays_visible():
     assert sealed(case)["separability"][0]["effect"] == "sensor_hysteresis"
 
 
+@pytest.mark.study
 def test_in_a_textbook_sweep_base_parameters_imitate_more_than_in_a_rich_excitation():
     kept = [
         separability(make_case(36, ("friction_load",), "strong", excitation=excitation, seconds=20.0))[0].kept
@@ -83,7 +86,7 @@ def test_a_wrong_torque_constant_looks_like_a_battery_that_is_low_by_itself():
     assert not verdict.top_1_counts
 
 
-@pytest.mark.parametrize("name", ["gear_backlash", "shaft_compliance"])
+@pytest.mark.parametrize("name", ["gear_backlash", pytest.param("shaft_compliance", marks=pytest.mark.study)])
 def test_the_plate_stands_where_two_masses_have_it(name):
     case = make_case(37, (name,), "strong", seconds=20.0)
     rig = case.rig
@@ -95,13 +98,18 @@ def test_the_plate_stands_where_two_masses_have_it(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "other"), [("gear_backlash", "shaft_compliance"), ("shaft_compliance", "gear_backlash")]
+    ("name", "other"),
+    [
+        ("gear_backlash", "shaft_compliance"),
+        pytest.param("shaft_compliance", "gear_backlash", marks=pytest.mark.study),
+    ],
 )
 def test_play_and_a_soft_shaft_look_alike_where_springs_load_the_teeth(name, other):
     (verdict,) = separability(make_case(38, (name,), "strong", seconds=20.0))
     assert verdict.look_alikes == (other,)
 
 
+@pytest.mark.study
 def test_a_rival_is_looked_for_beyond_its_first_draws():
     (verdict,) = separability(make_case(175000, ("parameter:bristle_stiffness",), "medium"))
     assert "presliding_hysteresis" in verdict.look_alikes  # a way of 1.3 mrad, which the first four draws do not have

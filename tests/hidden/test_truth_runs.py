@@ -7,7 +7,14 @@ from generator import layout as at
 from generator.case import make_case
 
 
-@pytest.mark.parametrize("effect", ["stiction_dwell", "shaft_compliance", "resistance_temperature"])
+@pytest.mark.parametrize(
+    "effect",
+    [
+        pytest.param("stiction_dwell", marks=pytest.mark.study),
+        pytest.param("shaft_compliance", marks=pytest.mark.study),
+        "resistance_temperature",
+    ],
+)
 def test_under_the_exact_voltage_the_truth_errs_by_next_to_nothing(effect):
     case = make_case(3, (effect,))
     exact = case.rig.motion(case.effects)[:, at.LOG_COMMAND]

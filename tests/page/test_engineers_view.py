@@ -205,6 +205,7 @@ def test_frames_and_signals_are_downloaded(view):
     assert json.loads(view.get(f"/results/{run}")[2])["unit"]["verdict"] == "pass"
 
 
+@pytest.mark.study
 def test_more_tabs_than_a_browser_has_connections_show_the_same_and_the_last_one_stops_the_test(view):
     """Eight: a browser has six connections to a host, whatever its tabs."""
     view.browser.get(view.page.address)

@@ -93,11 +93,13 @@ def test_results_name_the_package_with_version_and_hash_and_a_replay_without_it_
         etb.Run.open(_session(judged))
 
 
+@pytest.mark.study
 def test_its_observer_is_chosen_by_name(installed, judged):
     words = ["replay", _session(judged), "--observer", "differences"]
     assert "break-away friction, live" in installed("-m", "etb_hil", *words, cwd=judged)  # which changed
 
 
+@pytest.mark.study
 def test_its_reader_opens_a_log(installed, judged):
     with (judged / "drive.frames").open("w") as file:
         for block in read_log(_session(judged) / "raw.blf"):
@@ -109,6 +111,21 @@ def test_its_reader_opens_a_log(installed, judged):
     assert (judged / "drive.png").stat().st_size > 10_000
 
 
+def test_its_effect_is_simulated(installed, tmp_path):
+    stock, heavy = find("model", "default").read_text("utf-8"), "{id: gravity_torque, strengths: {moment: 0.06 N·m}}"
+    assert "\neffects: []" in stock
+    (tmp_path / "heavy.yaml").write_text(stock.replace("\neffects: []", f"\neffects: [{heavy}]"), "utf-8")
+    angles = []
+    for unit in ("default", "heavy.yaml"):
+        words = ["simulate", "paper_step", "--unit", unit, "--out", "simulated.csv"]
+        installed("-m", "etb_hil", *words, cwd=tmp_path)
+        angles.append((tmp_path / "simulated.csv").read_text("utf-8"))
+    assert angles[0] != angles[1]
+    with pytest.raises(etb.InputError, match="gravity_torque"):
+        load_model(tmp_path / "heavy.yaml")
+
+
+@pytest.mark.study
 def test_its_effect_is_simulated_and_named_in_data_of_another_simulation(installed, tmp_path):
     unit = Unit(weight=0.06, weight_angle=0.3)
     truth, _ = friction_check(unit)

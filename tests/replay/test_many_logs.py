@@ -165,7 +165,9 @@ def processes_of(text):
 
 
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are found as Linux tells them")
-@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize(
+    "ending", [signal.SIGKILL, signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.study)]
+)
 def test_workers_end_with_the_process_that_started_them(sources, tmp_path, ending):
     mark = f"ETB_HIL_MARK={tmp_path}"
     name, value = mark.split("=")

@@ -17,6 +17,7 @@ OLD_MACHINE = {
 }
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("bench", ["virtual_classic", "virtual_fd"])
 def test_a_replay_on_an_old_machine_gives_the_same_bits(tmp_path, tmp_path_factory, bench):
     live = run_on(tmp_path, bench=bench, unit="faulty")

@@ -55,7 +55,7 @@ def test_a_sensor_that_cannot_be_true_is_named(tmp_path, jobs, role, change, rea
     assert reason in (unit.reason_id, *unit.also)
 
 
-@pytest.mark.parametrize(("step_us", "every_ms"), [(400, 50), (2000, 7)])
+@pytest.mark.parametrize(("step_us", "every_ms"), [pytest.param(400, 50, marks=pytest.mark.study), (2000, 7)])
 def test_a_hosts_clock_that_is_set_back_again_and_again_changes_nothing(tmp_path, step_us, every_ms):
     shaken = Injected(link=[lambda link: SetBackStamps(link, step_us * 1000, every_ms * MS)])
     finished = run_with(job_of("virtual_fd", "faulty"), tmp_path, 5, [shaken])

@@ -175,11 +175,26 @@ def fastest(recording, gear, commands):
     return float(np.max(speed[with_drive(commands, block.stamp_ns[5:])], initial=0.0)) / gear
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
-@given(st.lists(wild, min_size=1, max_size=3) | st.lists(within, min_size=1, max_size=4))
-def test_no_scenario_commands_or_lets_happen_what_the_bench_forbids(tmp_path_factory, bench, spied, phase_list):
-    """The unit is as the bench's model says, so the dry run's margins hold: nothing is left for the live supervision.
+searched = st.lists(wild, min_size=1, max_size=3) | st.lists(within, min_size=1, max_size=4)
 
+
+@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@given(searched)
+def test_no_scenario_commands_or_lets_happen_what_the_bench_forbids(tmp_path_factory, bench, spied, phase_list):
+    _assert_limits_hold(tmp_path_factory, bench, spied, phase_list)
+
+
+@pytest.mark.study
+@settings(max_examples=120, deadline=None, suppress_health_check=list(HealthCheck))
+@given(searched)
+def test_of_many_scenarios_none_does_either(tmp_path_factory, bench, spied, phase_list):
+    _assert_limits_hold(tmp_path_factory, bench, spied, phase_list)
+
+
+def _assert_limits_hold(tmp_path_factory, bench, spied, phase_list):
+    """Run a scenario and compare what was commanded and what happened with the bench's limits.
+
+    The unit is as the bench's model says, so the dry run's margins hold: nothing is left for the live supervision.
     Its reaction takes a beat; a current that it had to stop would have been above the limit.
     """
     path = tmp_path_factory.mktemp("s") / "searched.yaml"

@@ -59,7 +59,10 @@ def run_until_answered(bench, unit, folder, slower):
 
 @pytest.mark.parametrize(
     ("bench", "unit", "expected"),
-    [("vcan_classic", "faulty", ExitCode.UNIT_FAILED), ("vcan_fd", "default", ExitCode.DONE)],
+    [
+        ("vcan_classic", "faulty", ExitCode.UNIT_FAILED),
+        pytest.param("vcan_fd", "default", ExitCode.DONE, marks=pytest.mark.study),
+    ],
 )
 def test_the_verdict_over_socketcan_is_right(tmp_path, slower, bench, unit, expected):
     (tmp_path / "brisk.yaml").write_text(BRISK)

@@ -19,6 +19,7 @@ phases:
 """
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_identity_routine_and_codes_over_vcan(tmp_path):
     vcan_machine.require()
