@@ -9,14 +9,22 @@ from itertools import groupby
 FIRST = (
     "discrepancy/test_whole_answer",  # compiles what `explain` needs
     "api/test_connect",  # compiles what a run needs
-    "discrepancy/test_interruption",  # needs the same as the first file
+    "trusted/test_fault_verdicts",
+    "discrepancy/test_effects",  # needs the same as the first file
     "bench/test_python_can_buses",  # compiles what a controller at wall clock needs
     "uds/test_uds_in_a_run",
     "uds/test_controller_faults",
-    "trusted/test_fault_verdicts",
-    "page/test_engineers_view",
+    "discrepancy/test_interruption",
+    "replay/test_many_logs",
+    "plugins/test_used",
+    "docs/test_commands_in_documents",
+    "api/test_diagnose_simulate_explain",
+    "page/test_operators_batch",
     "page/test_page_lets_nobody_in",
-    "diagnosis/test_drift",
+    "page/test_engineers_view",
+    "base/test_compiled",
+    "plugins/test_contracts",
+    "plugins/test_example_package",
 )
 
 

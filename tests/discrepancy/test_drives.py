@@ -50,7 +50,8 @@ def test_what_is_off_is_named_or_in_its_class(motion, case):
     assert outcome(searched(draw_axis(222102, motion, **options)), truths) in ("named", "in its class")
 
 
-@pytest.mark.parametrize("motion", ["linear", pytest.param("rotary", marks=pytest.mark.study)])
+@pytest.mark.study
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
 def test_friction_that_is_raised_everywhere_is_told_from_other_shapes_by_the_likelihood(motion):
     options, _ = CASES["friction 50 % larger"]
     findings = searched(draw_axis(222103, motion, **options))

@@ -120,6 +120,7 @@ def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogg
     assert "Done: reading the data, calibrating; not done: looking for causes" in page
 
 
+@pytest.mark.study
 @pytest.mark.usefixtures("one_search")
 def test_an_interrupt_while_the_answer_is_put_together_does_not_lose_it(cogging_recording):
     answer = _interrupted_at(cogging_recording, "putting the answer together")

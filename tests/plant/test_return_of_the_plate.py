@@ -9,7 +9,7 @@ from independent_plant import coast
 BAND = np.radians(1.0)
 
 
-@pytest.mark.parametrize(("side", "first"), [("open", 0), ("closed", 1)])
+@pytest.mark.parametrize(("side", "first"), [("open", 0), pytest.param("closed", 1, marks=pytest.mark.study)])
 def test_the_measured_return_takes_as_long_as_another_solver_says(side, first):
     job = job_of()
     finished, motion = run(job, job.unit, 3)

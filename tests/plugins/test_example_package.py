@@ -153,6 +153,7 @@ def test_its_effect_is_simulated_and_named_in_data_of_another_simulation(install
         load_model(tmp_path / "answer" / "model.yaml")
 
 
+@pytest.mark.study
 def test_the_package_keeps_the_contracts_by_its_own_tests(installed):
     environment = EXAMPLE / "test_parts.py"
     installed("-m", "pytest", "-q", "-p", "no:cacheprovider", environment, cwd=EXAMPLE)

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 FUZZ = Path(__file__).resolve().parents[2] / "benchmarks" / "fuzz.py"
 
 
@@ -15,6 +17,7 @@ def test_some_seconds_of_wrong_files_find_nothing():
     assert "| session |" in done.stdout
 
 
+@pytest.mark.study
 def test_what_was_done_until_it_is_stopped_is_counted_and_goes_on_from_there():
     command = [sys.executable, FUZZ, "db", "--seconds", "600", "--seed", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:

@@ -178,7 +178,7 @@ def fastest(recording, gear, commands):
 searched = st.lists(wild, min_size=1, max_size=3) | st.lists(within, min_size=1, max_size=4)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 @given(searched)
 def test_no_scenario_commands_or_lets_happen_what_the_bench_forbids(tmp_path_factory, bench, spied, phase_list):
     _assert_limits_hold(tmp_path_factory, bench, spied, phase_list)

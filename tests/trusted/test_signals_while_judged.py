@@ -84,7 +84,7 @@ def struck(tmp_path):
 @pytest.mark.parametrize(
     ("first", "further"),
     [
-        (signal.SIGINT, [signal.SIGTERM]),
+        pytest.param(signal.SIGINT, [signal.SIGTERM], marks=pytest.mark.study),
         (signal.SIGHUP, [signal.SIGHUP, signal.SIGINT, signal.SIGUSR1, signal.SIGQUIT]),
     ],
 )

@@ -235,7 +235,11 @@ class Operator:
 
 
 @pytest.mark.parametrize(
-    ("number", "reason_id"), [(signal.SIGUSR1, "stopped_by_operator"), (signal.SIGTERM, "aborted_by_operator")]
+    ("number", "reason_id"),
+    [
+        (signal.SIGUSR1, "stopped_by_operator"),
+        pytest.param(signal.SIGTERM, "aborted_by_operator", marks=pytest.mark.study),
+    ],
 )
 def test_who_ends_the_run_while_codes_are_read_after_it_is_no_fault_of_the_bench(
     short, tmp_path, monkeypatch, number, reason_id

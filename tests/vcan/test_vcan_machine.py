@@ -17,6 +17,7 @@ def vcan():
     vcan_machine.require()
 
 
+@pytest.mark.study
 def test_two_processes_exchange_classic_and_fd_frames(tmp_path):
     done = vcan_machine.run([sys.executable, str(HERE / "vcan_echo.py")], tmp_path / "job")
     assert done.returncode == 0, done.stderr
