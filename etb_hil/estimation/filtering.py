@@ -264,8 +264,9 @@ def sensitivities(
     until = np.array(ends, np.int64)
     matrix, gradient = np.zeros((count, count)), np.zeros(count)
     rows = np.zeros((len(record) if is_kept else 0, 3, count))
+    apart = record.readings[:, 2] - record.readings[:, 1]
     normal_matrix(
-        record.since, record.heat, record.dt, record.voltage, record.temperature, at.parameters,
+        record.since, record.heat, record.dt, record.voltage, record.temperature, apart, at.parameters,
         at.states, at.ahead, at.whitened, at.roots, at.slopes, at.read, at.gains, at.moves, at.responses,
         at.levels, places.copy(), tied.copy(), effects, away,
         np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,

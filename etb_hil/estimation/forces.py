@@ -54,8 +54,10 @@ ADDED = 6
 MEMORY = SLOW + max((one.sensor.size for one in OWN if one.sensor and one.acts_at(Port.PLATE_READING)), default=0)
 _INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
+_BEYOND, _HALVINGS = 1.0, 30  # rad that no play of a sensor has, and how often it is halved: to a nanoradian
 _ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
+_BEGUN = "apart, theta, current, temperature, remembered, p"
 _MOTION = "begin, end, dt, voltage, temperature, states, ahead, read, remembered, p, room, out"
 # The ports of the lateness of each reading, by what is added to it.
 _LATE = {Port.CURRENT_LATENESS: AT_CURRENT, Port.MOTOR_LATENESS: AT_MOTOR, Port.PLATE_LATENESS: AT_PLATE}
@@ -274,6 +276,40 @@ def _passing(terms: _Terms) -> compose.Made:
     )
 
 
+def _beginning(terms: _Terms, function: compose.Made) -> compose.Made:
+    """Return a function that sets the memory of an effect's sensor in place where a motion begins.
+
+    On which side of its play a sensor was left, the readings tell: by `apart` rad the plate's is above the motor's. The
+    sensor is moved to one end of its memory, and from there as far as its reading asks for.
+    """
+    lines, scope = ["return"], {"SLOW": SLOW, "ADDED": ADDED, "np": np}
+    if terms.has_sensor:
+        port = Port.PLATE_READING
+        scope["sense"] = compose.sensor_steps(terms.effects, port, {(terms.id, port): 0})
+        scope["f"] = function
+        at = "f(theta, 0.0, current, 0.0, 0.0, temperature, remembered, p, room)"
+        lines = [
+            "if not np.isfinite(apart): return",
+            "room = np.zeros(ADDED)",
+            f"sense(remembered[SLOW:], {-_BEYOND}, current, p)",
+            "first = remembered.copy()",
+            at,
+            "least = room[5]",
+            f"sense(remembered[SLOW:], {_BEYOND}, current, p)",
+            at,
+            "grows = room[5] > least",
+            f"low, high = 0.0, {_BEYOND}",
+            f"for _ in range({_HALVINGS}):",
+            "    middle = 0.5 * (low + high)",
+            "    remembered[:] = first",
+            "    sense(remembered[SLOW:], middle, current, p)",
+            f"    {at}",
+            "    if (room[5] < apart) == grows: low = middle",
+            "    else: high = middle",
+        ]
+    return _compiled(f"begin_{terms.id}", _BEGUN, lines, scope)
+
+
 def _compiled(
     name: str, takes: str, lines: list[str], scope: dict[str, Any], *, is_inline: bool = True
 ) -> compose.Made:
@@ -395,6 +431,7 @@ _adding = [_function(terms) for terms in _TERMS]
 _passing_time = [_passing(terms) for terms in _TERMS]
 add = _chosen("add", _ASKS, _adding)
 pass_time = _chosen("pass_time", _PASSED, _passing_time)
+begin = _chosen("begin", _BEGUN, [_beginning(*each) for each in zip(_TERMS, _adding, strict=True)])
 # Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
 # the readings at their states, else in the middle of the way to the state that was predicted (`ahead`). `read` (3, 2):
 # the delay and the lag in s of each reading in the motion that was filtered.
@@ -416,8 +453,7 @@ def lateness(p: Vector) -> Float64:
 def skip(index: int, goes: float, heat: float, temperature: float, dt: float, remembered: Vector, p: Vector) -> None:
     """Move an effect's states by dt s that were not filtered, in place.
 
-    `goes`: how far the plate got in rad; `heat`: mean square of the current, A^2. Sensors begin anew: on which side of
-    its play one was left, nothing tells.
+    `goes`: how far the plate got in rad; `heat`: mean square of the current, A^2. Sensors begin anew (`begin`).
     """
     pass_time(index, goes / dt, goes, math.sqrt(heat), 0.0, temperature, dt, remembered, p)
     remembered[SLOW:] = 0.0

@@ -280,6 +280,15 @@ def begin(
 
 
 @njit(cache=True, error_model="numpy")
+def pass_time(
+    active: Int64, x: Vector, theta: float, voltage: float, temperature: float, dt: float, memory: Vector, p: Vector
+) -> None:
+    """Move what effects remember by dt s, in place, from a state to an angle that the plate reaches in rad."""
+    for one in active:
+        forces.pass_time(one, x[OMEGA], theta - x[THETA], x[CURRENT], voltage, temperature, dt, memory, p)
+
+
+@njit(cache=True, error_model="numpy")
 def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     since: Vector,
     heat: Vector,
@@ -330,6 +339,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     f, b, work = np.zeros((SIZE, SIZE)), np.zeros((SIZE, FORCES)), np.zeros((16, SIZE + 2))
     acting, added = np.zeros(ACTING), np.zeros((4, forces.ADDED))
     memory = forces.remembered(temperature[0], p)
+    coming = memory.copy()  # at the next sample, as predicted: readings correct the way that is remembered
     begin(readings, later, 0, dt[0], s, p, x, cov)
     lost = 0
     totals[:] = 0.0
@@ -344,7 +354,11 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 for one in active:
                     forces.skip(one, goes, heat[k], warmth, since[k], memory, p)
             lost = 0
-        read_with(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, memory, p, added)
+        if since[k] > 0.0:
+            for one in active:
+                forces.begin(one, readings[k, 2] - readings[k, 1], x[THETA], x[CURRENT], temperature[k], memory, p)
+            coming[:] = memory
+        read_with(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, coming, p, added)
         is_lost = False
         for m in range(READINGS):
             at = CURRENT if m == 0 else THETA
@@ -432,14 +446,13 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             states[k, i] = x[i]
         if len(covariances) > 0:
             covariances[k] = cov
-        before = x[THETA]
+        if k > 0 and since[k] == 0.0:
+            pass_time(active, states[k - 1], x[THETA], voltage[k - 1], temperature[k - 1], dt[k - 1], memory, p)
         predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], level[k], s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
-        for j in range(len(active)):
-            forces.pass_time(
-                active[j], x[OMEGA], x[THETA] - before, x[CURRENT], voltage[k], temperature[k], h, memory, p
-            )
+        coming[:] = memory
+        pass_time(active, states[k], x[THETA], voltage[k], temperature[k], h, coming, p)
         _spread(cov, f, b, x, h, unsure[k], s, work[:STATES])
         if len(spreads) > 0:
             spreads[k] = cov

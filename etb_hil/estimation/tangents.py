@@ -153,6 +153,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     dt: Vector,
     voltage: Vector,
     temperature: Vector,
+    apart: Vector,
     p: Vector,
     states: Float64,
     predicted: Float64,
@@ -181,7 +182,8 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Their product with the innovations (c) is added up, too.
 
-    Along a filtered record (`since` to `levels`: see `kalman.run`; `read` (3, 2): see `forces.along`). Base columns:
+    Along a filtered record (`since` to `levels`: see `kalman.run`; `apart` (n): see `forces.begin`; `read` (3, 2): see
+    `forces.along`). Base columns:
     `base` (b) are places of parameters, `tied` (b) those of what moves along in proportion, -1 for none. Behind them
     effect columns (e): `effects` their indices, `moved` (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e):
     1 where it is there without being moved; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1
@@ -210,6 +212,9 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     goes, warmth = x[THETA] - states[k - 1, THETA], 0.5 * (temperature[k - 1] + temperature[k])
                     forces.skip(effects[j], goes, heat[k], warmth, since[k], memories[j], moved[j])
                     forces.skip(effects[j], goes, heat[k], warmth, since[k], plain[j], p)
+                if effects[j] >= 0:
+                    forces.begin(effects[j], apart[k], x[THETA], x[CURRENT], temperature[k], memories[j], moved[j])
+                    forces.begin(effects[j], apart[k], x[THETA], x[CURRENT], temperature[k], plain[j], p)
         if k == until_k and ne > 0:
             begin, until_k = k, k + 1
             while until_k < min(k + _BLOCK, len(dt)) and since[until_k] == 0.0:
