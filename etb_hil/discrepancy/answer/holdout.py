@@ -16,7 +16,7 @@ from etb_hil.discrepancy.fitting.cross_validation import FOLDS, fold_of, held_ou
 from etb_hil.discrepancy.fitting.fit import fit_of
 from etb_hil.discrepancy.fitting.free_run_fit import FreeRunFit, fit_free_run, part_of
 from etb_hil.discrepancy.fitting.gain import gain_of
-from etb_hil.discrepancy.fitting.noise_floor import simulated
+from etb_hil.discrepancy.fitting.noise_floor import motions_of, simulated
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
@@ -130,11 +130,12 @@ def _noise_floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
     takes one step from the truth by the slopes of the first simulation, since noise moves them little.
     """
     first = findings.final_noise_floor
+    motions = motions_of(findings.balances, first.truth)
 
     def true_model(seed: int | None) -> tuple[Balances, Callable[[float], Vector]]:
         if seed is None:
             return first.balances[number], _by_fold(findings, number, _folds(findings, first.calibration))
-        again = simulated(findings.model, findings.balances, first.truth, seed)
+        again = simulated(findings.model, findings.balances, first.truth, motions, seed)
         fit = replace(first.calibration, fit=fit_of(residual_of(again), first.truth))
         return again[number], _by_fold(findings, number, _folds(findings, fit))
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import (
-    SLACK,
     Unknown,
     base_unknowns,
     effect_unknowns,
@@ -22,13 +21,12 @@ from etb_hil.discrepancy.fitting.unknowns import (
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
+from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
 
 Float64 = NDArray[np.float64]
 
 _ITERATIONS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
-_RESTS = 0.02  # rad/s
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +83,6 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     return found
 
 
-def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> list[Vector]:
-    """Return start vectors: as stated, with limp-home as seen, with stops met early."""
-    stated = whole.copy()
-    for unknown in unknowns:
-        if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
-            unknown.put(stated, 0.0)
-    stated = _at_the_stops(stated, unknowns, balances)
-    return [stated, _at_limp_home(stated.copy(), unknowns, balances), _met_early(stated.copy(), unknowns)]
-
-
 def _touches(balances: Sequence[Balances]) -> tuple[float, float]:
     """Return the positions (rad) of stops that the ends of the motion just touch."""
     lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
@@ -112,34 +100,4 @@ def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence
             unknown.put(whole, float(np.clip((highest - unknown.centre) / unknown.scale, unknown.low, 0.0)))
         if unknown.place == STOP_LOW and lowest > whole[STOP_LOW]:
             unknown.put(whole, float(np.clip((lowest - unknown.centre) / unknown.scale, 0.0, unknown.high)))
-    return whole
-
-
-def _met_early(whole: Vector, unknowns: Sequence[Unknown]) -> Vector:
-    """Move the stops to the inner edges of their tolerances (in place).
-
-    A gradient leads out from there, but none in.
-    """
-    for unknown in unknowns:
-        if unknown.place == STOP_HIGH and unknown.high <= SLACK:
-            unknown.put(whole, unknown.low)
-        if unknown.place == STOP_LOW and unknown.high <= SLACK:
-            unknown.put(whole, unknown.high)
-    return whole
-
-
-def _at_limp_home(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
-    """Move limp-home to where the plate rested with an open bridge (in place).
-
-    The springs' jump has local minima about it.
-    """
-    rested = []
-    for b in balances:
-        angle, velocity = b.motion(whole[:EXTENDED])
-        rested.append(angle[b.is_open & (np.abs(velocity) < _RESTS)])
-    angles = np.concatenate(rested)
-    for unknown in unknowns:
-        if unknown.place == LIMP_HOME and unknown.high <= SLACK and len(angles):
-            x = (float(np.median(angles)) - unknown.centre) / unknown.scale
-            unknown.put(whole, float(np.clip(x, unknown.low, unknown.high)))
     return whole

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate
 from etb_hil.discrepancy.fitting.quantisation import quantisation_spread
-from etb_hil.discrepancy.fitting.rerun import rerun
+from etb_hil.discrepancy.fitting.rerun import along_the_motion, read_by_sensors
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -58,7 +58,7 @@ def noise_floor_of(
     model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown]
 ) -> NoiseFloor:
     """Return the noise floor of the model at `whole`: simulated, measured, refitted."""
-    again = simulated(model, balances, whole)
+    again = simulated(model, balances, whole, motions_of(balances, whole))
     begin = whole.copy()
     begin[EXTENDED:] = 0.0
     calibration = calibrate(model, again, begin, unknowns)
@@ -67,9 +67,23 @@ def noise_floor_of(
     return NoiseFloor(level, again, calibration, begin)
 
 
-def simulated(model: Model, balances: Sequence[Balances], whole: Vector, seed: int = 1) -> list[Balances]:
-    """Return the balances of a simulation of the model at `whole`, judged likewise."""
-    again = [Balances(rerun(b, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
+def motions_of(balances: Sequence[Balances], whole: Vector) -> list[Float64]:
+    """Return the motion of the model at `whole` along each segment, without the sensors' noise."""
+    return [along_the_motion(b, whole[:EXTENDED]) for b in balances]
+
+
+def simulated(
+    model: Model, balances: Sequence[Balances], whole: Vector, motions: Sequence[Float64], seed: int = 1
+) -> list[Balances]:
+    """Return the balances of a simulation of the model at `whole`, judged likewise.
+
+    `motions`: those of `motions_of`, which the sensors read with other noise by each `seed`.
+    """
+    read = [
+        read_by_sensors(b, whole[:EXTENDED], motion, seed + k)
+        for k, (b, motion) in enumerate(zip(balances, motions, strict=True))
+    ]
+    again = [Balances(one, model) for one in read]
     for new, old in zip(again, balances, strict=True):
         new.weights = old.weights
         new.regimes = old.regimes

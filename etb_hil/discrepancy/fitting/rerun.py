@@ -26,9 +26,13 @@ _BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the m
 
 def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
     """Return what the sensors would have measured if parameters `p` were true."""
-    m = balances.measured
+    return read_by_sensors(balances, p, along_the_motion(balances, p), seed)
+
+
+def read_by_sensors(balances: Balances, p: Vector, motion: Float64, seed: int) -> Measurement:
+    """Return what the sensors would have measured of a motion (`along_the_motion`), with noise by a seed."""
+    m, samples = balances.measured, motion.copy()
     p = simulable(p)
-    samples = _simulated(balances, p)
     rng = np.random.default_rng(seed)
     sensors = m.sensors
     count = len(m)
@@ -75,9 +79,10 @@ def _rounded(values: Float64, step: float) -> Float64:
     return np.round(values / step) * step if step > 0.0 else values
 
 
-def _simulated(balances: Balances, p: Vector) -> Float64:
+def along_the_motion(balances: Balances, p: Vector) -> Float64:
     """Return angle, current, plate angle and voltage (n, 4) of the model on a motion."""
     m = balances.measured
+    p = simulable(p)
     angle, velocity = balances.motion(p)
     samples = np.empty((len(m), 4))
     state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)

@@ -32,6 +32,7 @@ from etb_hil.hypotheses.terms import DRIFT
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
+from etb_hil.recording.samples import Float64
 
 _ITERATIONS = 10
 _DRIFTS = "friction changes along the record, but does not follow the temperature"
@@ -55,6 +56,9 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     found = findings.found = searched(made, findings.model, out, progress)
     for step in found.causes:
         _accept(findings, step)
+    if not found.causes:
+        # The balances' fit has no more from where to begin than its tolerances: a hill may have held it.
+        continue_from(findings, _near(findings.final.fit.whole, found.final.parameters), findings.final.unknowns)
     accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
     for step in found.steps:
         named = [one for one in step.hypotheses if one.ids != (DRIFT,) and not accepted & set(one.ids)]
@@ -123,8 +127,7 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
     """
     residual, load = residual_of(findings.balances), findings.balances[0].load
     candidate = _candidate(best)
-    near = before.fit.whole.copy()
-    near[:EXTENDED] = best.fit.parameters[:EXTENDED]
+    near = _near(before.fit.whole, best.fit.parameters)
     fits = []
     for begin in (near, _moved(before.fit.whole, near, best)):
         unknowns = unknowns_of(before.unknowns, candidate, begin, load)
@@ -133,6 +136,13 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
     segment = fold_of(findings.balances)
     without = held_out(before.fit, before.jacobian, before.unknowns, segment)
     return Refined(candidate, fit, unknowns), held_out(fit, jacobian, unknowns, segment).t_against(without)
+
+
+def _near(whole: Vector, parameters: Float64) -> Vector:
+    """Return a whole vector of the balances with the parameters that the likelihood has."""
+    found = whole.copy()
+    found[:EXTENDED] = parameters[:EXTENDED]
+    return found
 
 
 def _moved(base: Vector, near: Vector, best: Hypothesis) -> Vector:
