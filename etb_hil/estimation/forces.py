@@ -277,7 +277,7 @@ def _passing(terms: _Terms) -> compose.Made:
 
 
 def _beginning(terms: _Terms, function: compose.Made) -> compose.Made:
-    """Return a function that sets the memory of an effect's sensor in place where a motion begins.
+    """Return a function that sets a sensor's memory in place where a motion begins.
 
     On which side of its play a sensor was left, the readings tell: by `apart` rad the plate's is above the motor's. The
     sensor is moved to one end of its memory, and from there as far as its reading asks for.

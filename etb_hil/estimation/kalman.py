@@ -283,7 +283,10 @@ def begin(
 def pass_time(
     active: Int64, x: Vector, theta: float, voltage: float, temperature: float, dt: float, memory: Vector, p: Vector
 ) -> None:
-    """Move what effects remember by dt s, in place, from a state to an angle that the plate reaches in rad."""
+    """Move what effects remember by dt s, in place.
+
+    The plate goes from a state to an angle `theta` in rad.
+    """
     for one in active:
         forces.pass_time(one, x[OMEGA], theta - x[THETA], x[CURRENT], voltage, temperature, dt, memory, p)
 

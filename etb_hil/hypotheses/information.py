@@ -1,4 +1,4 @@
-"""What a record tells of effects: from which size on each shows, and which of them are one.
+"""What a record tells of effects: detection limits, and which are isolable.
 
 Everything is linear about a model, by the Fisher information of its innovations. Base parameters hide of an effect what
 they can do inside their tolerances, and disturbances what is immaterial.
@@ -31,10 +31,11 @@ _NEAR = 0.02  # of a size: as well as it is looked for
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What a record tells of some effects beside `unknowns` (b), which come first in all matrices (c, c).
+    """What a record tells of some effects beside `unknowns` (b).
 
-    `information` of the columns; `torque` and `voltage`: mean products of the disturbances that a filter needs for a
-    unit of each, in N·m and V; `white`: of the innovations, summed over the readings.
+    Those come first in all matrices (c, c). `information` of the columns; `torque` and `voltage`: mean products of the
+    disturbances that a filter needs for a unit of each, in N·m and V; `white`: of the innovations, summed over the
+    readings.
     """
 
     at: Filtered
@@ -46,9 +47,9 @@ class Told:
     white: Float64
 
     def smallest(self, number: int, most: float) -> float | None:
-        """Return the smallest first strength of an effect that a search would accept, with the sign of `most`.
+        """Return the smallest first strength of an effect that a search would accept.
 
-        None where `most` is none. The effect has that number among those asked.
+        It has the sign of `most`; None where `most` is not accepted. The effect has that number among those asked.
         """
         high = abs(most)
         if not self._is_enough(number, most):
@@ -61,7 +62,7 @@ class Told:
         return high
 
     def _is_enough(self, number: int, size: float) -> bool:
-        """Tell whether both the evidence of a size and the misfit without the effect suffice for a cause."""
+        """Tell whether a size has the evidence and the misfit of a cause."""
         p, count = self.at.parameters, len(self.unknowns)
         own, base = count + number, np.arange(count)
         values, scale = (np.array(one) for one in zip(*((p[u.place], u.deviation) for u in self.unknowns), strict=True))
@@ -104,7 +105,7 @@ def told(record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked
 
 @njit(cache=True, error_model="numpy")
 def _needed(since: Float64, errors: Float64, gains: Float64, moves: Float64, place: int) -> Float64:
-    """Return (n, c) what innovations (n, 3, c) move of a state that only fades by itself."""
+    """Return (n, c) what innovations (n, 3, c) move of a state that only fades."""
     found = np.zeros((errors.shape[0], errors.shape[2]))
     for k in range(errors.shape[0]):
         for c in range(errors.shape[2]):
@@ -131,9 +132,10 @@ class Isolability:
 def isolability(
     record: Record, parameters: Float64, unknowns: Sequence[Unknown], shapes: Sequence[Candidate]
 ) -> Isolability:
-    """Return which effects a record isolates beside the unknowns; one collinear shape is enough.
+    """Return which effects a record isolates beside the unknowns.
 
-    An effect shows where a physical step of it has the evidence of a cause.
+    Two effects with one collinear shape are not isolable. An effect shows where a physical step of it has the evidence
+    of a cause.
     """
     at = filtered(record, parameters, _immaterial(parameters), is_kept=True)
     each = [one.columns() for one in shapes]
@@ -170,7 +172,7 @@ def _immaterial(parameters: Float64) -> Disturbance:
 
 
 def _beside(matrix: Float64, unknowns: Sequence[Unknown]) -> Float64:
-    """Return the information beside unknowns that lie in their priors and come first in a matrix."""
+    """Return the information beside unknowns, which come first in a matrix."""
     count = len(unknowns)
     scale = np.array([one.deviation for one in unknowns])
     base = matrix[:count, :count] * np.outer(scale, scale) + np.eye(count)

@@ -1,4 +1,4 @@
-"""A record as hypotheses about it are compared: with terms of its bench, and with what is unknown."""
+"""A record with all that hypotheses about it are compared by."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from etb_hil.recording.samples import Float64
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """A record, the effects that it may show by id, and the unknowns of a model without them.
+    """A record, the effects that it may show, and the unknowns of a model.
 
     `parameters`: the whole vector of the model file.
     """
@@ -33,7 +33,7 @@ class Prepared:
     parameters: Float64
 
     def calibrated(self) -> tuple[Record, Fitted]:
-        """Return the calibrated model, and the record with unsure torque where its stops are."""
+        """Return the record with unsure torque where its stops are, and the model."""
         first = calibrated(self.record, self.parameters, self.unknowns)
         # All hypotheses have the same noise, or their likelihoods could not be compared.
         record = self.record.placed(first.parameters)

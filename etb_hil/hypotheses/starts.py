@@ -1,4 +1,4 @@
-"""Where fits begin: on the slope that the linear pass shows, or at strengths to which no slope leads."""
+"""Where fits begin: on the slope of the linear pass, or where none leads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Detection limits: the smallest strength of each effect that a search of these data would accept.
+"""Detection limits: the smallest strengths of effects that a search accepts.
 
 Base parameters mask an effect as far as their tolerances let them: from some size on it is detectable. The limit is
 given the model with all causes; for a cause, and what is ambiguous with it, given the model without it.
@@ -31,7 +31,7 @@ Sizes = tuple[float | None, float | None]
 
 
 def detection_limits(findings: Findings) -> dict[str, DetectionLimit]:
-    """Return by effect the smallest strength that would be accepted as a cause, with its unit.
+    """Return by effect the smallest strength that would be accepted as a cause.
 
     It is the larger one of both signs. Above the effect's bounds it is not `within_bounds`; an effect that was not
     tested is not `judged`: there is no limit, and `says` gives the reason. The limit of an effect of a place holds
@@ -60,7 +60,7 @@ def detection_limits(findings: Findings) -> dict[str, DetectionLimit]:
 
 
 def _shapes(record: Record, fit: Fitted, made: Prepared, id_: str) -> list[Candidate]:
-    """Return the shapes of an effect that a record shows; one of the fit is there first."""
+    """Return the shapes of an effect that a record shows, that of the fit first."""
     if id_ not in made.effects:
         return []
     effect = made.effects[id_]
@@ -75,7 +75,10 @@ def _known_as(findings: Findings, id_: str) -> tuple[int, ...]:
 
 
 def _unknowns_without(fit: Fitted, made: Prepared, causes: Sequence[SelectionStep]) -> list[Unknown]:
-    """Return the unknowns of a fit without some causes; a parameter that was one has its tolerance again."""
+    """Return the unknowns of a fit without some causes.
+
+    A parameter that was a cause has its tolerance again.
+    """
     ids = {own_name(each.winner.id) for each in causes}
     stated = {PARAMETER + one.name: one for one in made.unknowns}
     kept = [one for one in fit.unknowns if one.effect is None or one.effect.id not in ids]

@@ -68,7 +68,7 @@ def noise_floor_of(
 
 
 def motions_of(balances: Sequence[Balances], whole: Vector) -> list[Float64]:
-    """Return the motion of the model at `whole` along each segment, without the sensors' noise."""
+    """Return the motion of the model at `whole` along each segment, without noise."""
     return [along_the_motion(b, whole[:EXTENDED]) for b in balances]
 
 

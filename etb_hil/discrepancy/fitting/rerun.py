@@ -30,7 +30,10 @@ def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
 
 
 def read_by_sensors(balances: Balances, p: Vector, motion: Float64, seed: int) -> Measurement:
-    """Return what the sensors would have measured of a motion (`along_the_motion`), with noise by a seed."""
+    """Return what the sensors would have measured of a motion, with noise by a seed.
+
+    `motion`: see `along_the_motion`.
+    """
     m, samples = balances.measured, motion.copy()
     p = simulable(p)
     rng = np.random.default_rng(seed)

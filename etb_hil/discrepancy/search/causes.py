@@ -139,7 +139,7 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
 
 
 def _near(whole: Vector, parameters: Float64) -> Vector:
-    """Return a whole vector of the balances with the parameters that the likelihood has."""
+    """Return a whole vector of the balances with the parameters of the likelihood."""
     found = whole.copy()
     found[:EXTENDED] = parameters[:EXTENDED]
     return found
