@@ -23,8 +23,8 @@ from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Unit
 from etb_hil.store.address import STORE, StoreAddress, store_address
 from etb_hil.store.connection import connected, require_schema, up_to_date
-from etb_hil.store.overview import latest_runs, values_over_time
 from etb_hil.store.queue import Queue
+from etb_hil.store.reading import read_store
 from etb_hil.store.row_values import rows_of
 from etb_hil.store.selection import Selection
 from etb_hil.store.writing import write_run
@@ -101,10 +101,11 @@ def ask(address, parts, sessions):
         return f"{len(history(where, part=f'P{k % parts:03d}').parts[0].runs)} runs"
 
     def chart(k):
-        return f"{len(values_over_time(address, 'T_st', Selection(part_number=f'P{k % parts:03d}')))} values"
+        asked = Selection(measured=("T_st",), part_number=f"P{k % parts:03d}")
+        return f"{len(read_store(address, asked))} values"
 
     def latest(_):
-        return f"{len(latest_runs(address, Selection(latest=20)))} runs"
+        return f"{len(read_store(address, Selection(latest=20)))} runs"
 
     timed("history of one part", 1.0, one_part)
     timed("control chart: a measurement of one part", 1.0, chart)

@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the scenarios on the virtual unit and print the pairs that are not isolable."""
+    from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import stock_names
     from etb_hil.discrepancy.plan.isolability import isolability_of
@@ -33,6 +34,10 @@ def run(options: argparse.Namespace) -> int:
 
     made = [_along(options, name) for name in options.scenarios]
     model, records = made[0][0], [record for _, record in made]
+    for name, record in zip(options.scenarios, records, strict=True):
+        if not record:
+            what = f"the record of {name} has no motion to judge"
+            raise InputError(Problem(what, allowed="2 s of motion at least", remedy="plan a longer motion"))
     print("computing the sensitivities", file=sys.stderr)
     found = isolability_of(model, records)
     print(f"{len(found.not_isolable)} of {found.pairs} pairs are not isolable (cosine of 0.95 and more):")
@@ -43,8 +48,8 @@ def run(options: argparse.Namespace) -> int:
     if options.suggest and found.not_isolable:
         left = {}
         for name in stock_names("scenario"):
-            if name not in options.scenarios:
-                left[name] = isolability_of(model, [*records, _along(options, name)[1]])
+            if name not in options.scenarios and (record := _along(options, name)[1]):
+                left[name] = isolability_of(model, [*records, record])
         best = min(left, key=lambda name: (len(left[name].hidden), len(left[name].not_isolable)))
         pairs, hidden = len(left[best].not_isolable), len(left[best].hidden)
         print(f"with the scenario {best}, {pairs} pairs are not isolable and {hidden} effects are not detectable")

@@ -15,11 +15,9 @@ from etb_hil.plant.parameters import Model
 
 
 def isolability_of(model: Model, records: Sequence[Sequence[Measurement]]) -> Isolability:
-    """Return which effects the records of some scenarios isolate together.
-
-    They are simulations of the model, which is true of them.
-    """
+    """Return which effects the records of some scenarios isolate together, each of one segment at least."""
     thinned = [joined([as_record(one, model) for one in parts]).thinned(SEARCHED, PARTS) for parts in records]
     made = prepared(joined(thinned), model)
-    p = made.parameters
-    return isolability(made.record.placed(p), p, made.unknowns, candidates(made.record, p, made.effects.values()))
+    record, fit = made.calibrated()
+    shapes = candidates(record, fit.parameters, made.effects.values())
+    return isolability(record, fit.parameters, fit.unknowns, shapes)
