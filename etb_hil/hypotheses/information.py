@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -33,14 +33,15 @@ _NEAR = 0.02  # of a size: as well as it is looked for
 class Told:
     """What a record tells of some effects beside `unknowns` (b).
 
-    Those come first in all matrices (c, c). `information` of the columns; `torque` and `voltage`: mean products of the
-    disturbances that a filter needs for a unit of each, in N·m and V; `white`: of the innovations, summed over the
-    readings.
+    Those come first in all matrices (c, c), and `columns` are the strengths of each effect. `information` of all;
+    `torque` and `voltage`: mean products of the disturbances that a filter needs for a unit of each, in N·m and V;
+    `white`: of the innovations, summed over the readings.
     """
 
     at: Filtered
     unknowns: tuple[Unknown, ...]
     asked: tuple[Candidate, ...]
+    columns: tuple[Int64, ...]
     information: Float64
     torque: Float64
     voltage: Float64
@@ -51,20 +52,24 @@ class Told:
 
         It has the sign of `most`; None where `most` is not accepted. The effect has that number among those asked.
         """
-        high = abs(most)
+        high, own = abs(most), self.columns[number][0]
         if not self._is_enough(number, most):
             return None
-        own = self.information[len(self.unknowns) + number, len(self.unknowns) + number]
-        low = min(math.sqrt(2.0 * GAIN / own), high)
+        low = min(math.sqrt(2.0 * GAIN / self.information[own, own]), high)
         while high > (1.0 + _NEAR) * low:
             middle = math.sqrt(low * high)
             low, high = (low, middle) if self._is_enough(number, math.copysign(middle, most)) else (middle, high)
         return high
 
+    def shows(self, number: int) -> bool:
+        """Tell whether a search would accept any strength of an effect in its bounds."""
+        strength = self.asked[number].unknowns()[0]
+        return any(self._is_enough(number, end) for end in (strength.low, strength.high) if end != 0.0)
+
     def _is_enough(self, number: int, size: float) -> bool:
         """Tell whether a size has the evidence and the misfit of a cause."""
         p, count = self.at.parameters, len(self.unknowns)
-        own, base = count + number, np.arange(count)
+        own, base = int(self.columns[number][0]), np.arange(count)
         values, scale = (np.array(one) for one in zip(*((p[u.place], u.deviation) for u in self.unknowns), strict=True))
         cross = self.information[base, own] * size
         step, gain = best_step(values, self.unknowns, self.information[:count, :count], cross, farthest=np.inf)
@@ -83,12 +88,13 @@ class Told:
 
 
 def told(record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked: Sequence[Candidate]) -> Told:
-    """Return what a record tells of the first strength of each effect.
+    """Return what a record tells of each effect in its shape.
 
     `unknowns`: those of the model without the effects.
     """
     at = filtered(record, parameters, _immaterial(parameters), is_kept=True)
-    columns = [*(one.column() for one in unknowns), *(one.columns()[0] for one in asked)]
+    each = [one.columns() for one in asked]
+    columns = [*(one.column() for one in unknowns), *(column for its in each for column in its)]
     normal = sensitivities(record, at, columns, is_kept=True)
     errors = np.divide(
         normal.rows, at.roots[:, :, None], out=np.zeros_like(normal.rows), where=at.roots[:, :, None] > 0
@@ -100,7 +106,9 @@ def told(record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked
         if (root > 0.0).any():
             white += _mean_products(normal.rows[root > 0.0, m])
     products = _mean_products(torque[moves]), _mean_products(voltage)
-    return Told(at, tuple(unknowns), tuple(asked), normal.matrix, *products, white)
+    ends = np.cumsum([len(unknowns), *map(len, each)])
+    its = tuple(np.arange(first, end) for first, end in pairwise(ends))
+    return Told(at, tuple(unknowns), tuple(asked), its, normal.matrix, *products, white)
 
 
 @njit(cache=True, error_model="numpy")
@@ -129,28 +137,20 @@ class Isolability:
     pairs: int
 
 
-def isolability(
-    record: Record, parameters: Float64, unknowns: Sequence[Unknown], shapes: Sequence[Candidate]
-) -> Isolability:
+def isolability(told: Told) -> Isolability:
     """Return which effects a record isolates beside the unknowns.
 
-    Two effects with one collinear shape are not isolable. An effect shows where a physical step of it has the evidence
-    of a cause.
+    Two effects with one collinear shape are not isolable. An effect is hidden where no strength in its bounds would be
+    accepted in any shape.
     """
-    at = filtered(record, parameters, _immaterial(parameters), is_kept=True)
-    each = [one.columns() for one in shapes]
-    columns = [*(one.column() for one in unknowns), *(column for its in each for column in its)]
-    matrix, count = sensitivities(record, at, columns).matrix, len(unknowns)
-    information = _beside(matrix, unknowns)
-    is_told = np.diag(information) > _LOST * np.diag(matrix)[count:]
-    spans: dict[str, list[tuple[Int64, Float64]]] = {one.id: [] for one in shapes}
-    first = 0
-    for one, its in zip(shapes, each, strict=True):
-        place = np.arange(first, first + len(its))
-        first += len(its)
-        block, steps = information[np.ix_(place, place)], np.array([column.step for column in its])
-        if is_told[place].all() and float(np.max(steps**2 * np.diag(block))) > 2.0 * GAIN:
-            spans[one.id].append((place, _whitener(block)))
+    count = len(told.unknowns)
+    information = _beside(told.information, told.unknowns)
+    is_told = np.diag(information) > _LOST * np.diag(told.information)[count:]
+    spans: dict[str, list[tuple[Int64, Float64]]] = {one.id: [] for one in told.asked}
+    for number, one in enumerate(told.asked):
+        place = told.columns[number] - count
+        if is_told[place].all() and told.shows(number):
+            spans[one.id].append((place, _whitener(information[np.ix_(place, place)])))
     shown = [id_ for id_, its in spans.items() if its]
     not_isolable = []
     for first_id, other_id in combinations(shown, 2):

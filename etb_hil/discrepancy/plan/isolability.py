@@ -9,15 +9,18 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.estimation.record import joined
 from etb_hil.hypotheses.candidates import candidates
 from etb_hil.hypotheses.constants import PARTS, SEARCHED
-from etb_hil.hypotheses.information import Isolability, isolability
+from etb_hil.hypotheses.information import Isolability, isolability, told
 from etb_hil.hypotheses.prepared import prepared
 from etb_hil.plant.parameters import Model
 
 
 def isolability_of(model: Model, records: Sequence[Sequence[Measurement]]) -> Isolability:
-    """Return which effects the records of some scenarios isolate together, each of one segment at least."""
+    """Return which effects the records of some scenarios isolate together.
+
+    Each record has one segment at least.
+    """
     thinned = [joined([as_record(one, model) for one in parts]).thinned(SEARCHED, PARTS) for parts in records]
     made = prepared(joined(thinned), model)
     record, fit = made.calibrated()
     shapes = candidates(record, fit.parameters, made.effects.values())
-    return isolability(record, fit.parameters, fit.unknowns, shapes)
+    return isolability(told(record, fit.parameters, fit.unknowns, shapes))
