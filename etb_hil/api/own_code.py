@@ -106,13 +106,12 @@ def judged_so_far(folder: Path, job: Job, limits: Path | None) -> Run:
     from etb_hil.replays.log_frames import Frames
     from etb_hil.replays.log_replay import LogJob, judge
     from etb_hil.replays.session_replay import RuleFiles
-    from etb_hil.session.events import read_events
-    from etb_hil.session.record import record_of
+    from etb_hil.session.record import read_record
     from etb_hil.session.session import open_session
 
     session = open_session(folder)
     files = RuleFiles(job.files.bench, job.files.model, limits or job.files.limits, job.setup.dbc, job.observer)
-    phases = tuple(record_of(read_events(session.events)).phases)
+    phases = tuple(read_record(session.events).phases)
     log = LogJob((session.raw_log,), files, files.read(), phases)
     finished = judge(log, Frames([session.raw_log]))
     return Run(replace(finished, session=session))

@@ -9,8 +9,7 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.replays.log_replay import NothingToJudgeError, judge
 from etb_hil.replays.one_channel import one_channel_each
 from etb_hil.replays.session_replay import conditions_of
-from etb_hil.session.events import read_events
-from etb_hil.session.record import record_of
+from etb_hil.session.record import read_record
 from etb_hil.session.session import open_session
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ def compare_with_session(job: LogJob, frames: Frames, session: Path) -> Finished
     InputError, with what could not be read, where there is nothing to judge.
     """
     opened = open_session(session)
-    record = record_of(read_events(opened.events))
+    record = read_record(opened.events)
     blocks = one_channel_each(_around(frames, record, job.paths[0]), job.rules.setup.dialect, job.paths[0])
     try:
         return judge(replace(job, phases=tuple(record.phases), conditions=conditions_of(opened)), blocks)

@@ -20,9 +20,8 @@ from etb_hil.scenario.judged_limits import load_judged_limits
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts
-from etb_hil.session.events import read_events
 from etb_hil.session.finished import Finished
-from etb_hil.session.record import record_of
+from etb_hil.session.record import read_record
 from etb_hil.session.session import Session, open_session
 
 if TYPE_CHECKING:
@@ -145,7 +144,7 @@ def judged_under(folder: Path, model: Model, limits: Limits) -> DiagnosisResult:
 
 
 def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunRecord, Analysis, DiagnosisResult]:
-    record = _record(session)
+    record = read_record(session.events)
     analysis = Analysis(
         rules.setup.dialect,
         rules.model,
@@ -173,17 +172,6 @@ def conditions_of(session: Session) -> dict[str, Condition | None]:
         return {}
     scenario = load_scenario(session.input_path("scenario")).content
     return {step.id: step.phase.until for step in scenario.steps}
-
-
-def _record(session: Session) -> RunRecord:
-    try:
-        return record_of(read_events(session.events))
-    except InputError:
-        raise  # which says what is wrong with the file
-    except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise InputError(
-            Problem(f"is damaged: {error!r}", Place(session.events), remedy="restore it from a copy of the session")
-        ) from None
 
 
 def _require_untouched(session: Session) -> None:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any
 
+from etb_hil.base.stated_types import of_stated_types
+
 
 class CodeStatus(IntFlag):
     """Status bits of a trouble code (ISO 14229-1, annex D)."""
@@ -90,14 +92,14 @@ def diagnostics_from(plain: Mapping[str, Any]) -> UnitDiagnostics:
     KeyError, TypeError or ValueError where it is damaged.
     """
     before, after, left = (
-        None if plain.get(key) is None else tuple(TroubleCode(**code) for code in plain[key])
+        None if plain.get(key) is None else tuple(of_stated_types(TroubleCode(**code)) for code in plain[key])
         for key in ("codes_before", "codes_after", "codes_left")
     )
     return UnitDiagnostics(
-        tuple(Identity(**one) for one in plain["identity"]),
+        tuple(of_stated_types(Identity(**one)) for one in plain["identity"]),
         before,
         after,
         bool(plain["cleared"]),
-        tuple(RoutineRun(**one) for one in plain["routines"]),
+        tuple(of_stated_types(RoutineRun(**one)) for one in plain["routines"]),
         left,
     )

@@ -8,11 +8,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.outcome import BenchOutcome, SafeState
+from etb_hil.base.stated_types import of_stated_types
 from etb_hil.results.unit_diagnostics import UnitDiagnostics, diagnostics_from
-from etb_hil.session.events import Event
+from etb_hil.session.events import Event, read_events
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 CUT_SHORT = "the run was cut short: its end was never written"
 
@@ -97,7 +102,18 @@ class RunRecord:
         return plain
 
 
-def record_of(events: Iterable[Event]) -> RunRecord:
+def read_record(path: Path) -> RunRecord:
+    """Return the record that a session's file of events holds; InputError where it is damaged."""
+    events = read_events(path)  # which says what is wrong with a line
+    try:
+        return _record_of(events)
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise InputError(
+            Problem(f"is damaged: {error!r}", Place(path), remedy="restore it from a copy of the session")
+        ) from None
+
+
+def _record_of(events: Iterable[Event]) -> RunRecord:
     """Return the record that the events of a run tell.
 
     A run without an end is a bench fault.
@@ -108,7 +124,7 @@ def record_of(events: Iterable[Event]) -> RunRecord:
         if event.event == "start":
             record.start_ns = record.end_ns = event.stamp_ns
         elif event.event == "phase":
-            record.phases.append(PhaseTime(details["id"], details["kind"], event.stamp_ns))
+            record.phases.append(of_stated_types(PhaseTime(details["id"], details["kind"], event.stamp_ns)))
         elif event.event == "phase_end":
             begun = record.phases[-1]
             end = PhaseEnd(details.get("outcome", PhaseEnd.DONE))
@@ -116,13 +132,13 @@ def record_of(events: Iterable[Event]) -> RunRecord:
         elif event.event == "answer":
             said = {key: details[key] for key in ("id", "text", "answer", "by")}
             entered = {key: details.get(key, "") for key in ("entry", "photo")}
-            record.answers.append(Answered(**said, **entered, stamp_ns=event.stamp_ns))
+            record.answers.append(of_stated_types(Answered(**said, **entered, stamp_ns=event.stamp_ns)))
         elif event.event == "unit_diagnostics":
             record.diagnostics = diagnostics_from(details)
         elif event.event == "end":
             details["outcome"] = BenchOutcome(details["outcome"])
             details["safe_state"] = SafeState(details["safe_state"])
             details["diagnostics"] = record.diagnostics
-            return RunRecord(**details, phases=record.phases, answers=record.answers)
+            return of_stated_types(RunRecord(**details, phases=record.phases, answers=record.answers))
         record.end_ns = max(record.end_ns, event.stamp_ns)
     return record

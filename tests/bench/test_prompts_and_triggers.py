@@ -16,7 +16,7 @@ from etb_hil.replays.session_replay import replay
 from etb_hil.report.html_report import write_report
 from etb_hil.session.differences import first_difference
 from etb_hil.session.events import read_events
-from etb_hil.session.record import record_of
+from etb_hil.session.record import read_record
 
 JPEG = b"\xff\xd8\xff\xe0"  # how such a file begins
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
@@ -157,7 +157,7 @@ def test_a_text_is_kept_with_the_answer(run, typed, replies, outcome):
     finished = typed_at_a_terminal(run, typed, "text")
     assert finished.results.bench.outcome == outcome
     assert [(one.answer, one.entry) for one in finished.results.prompts] == replies
-    assert record_of(read_events(finished.session.events)).answers == finished.record.answers
+    assert read_record(finished.session.events).answers == finished.record.answers
 
 
 def test_a_photo_is_kept_in_the_session_and_shown_in_the_report(run, tmp_path):

@@ -21,13 +21,12 @@ from etb_hil.replays.session_replay import replay, rule_files
 from etb_hil.replays.window import Window
 from etb_hil.results.measurement import Measurements
 from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
-from etb_hil.session.events import read_events
-from etb_hil.session.record import record_of
+from etb_hil.session.record import read_record
 
 
 def job_of(live, *paths, with_phases=True):
     files = rule_files(live.session)
-    phases = tuple(record_of(read_events(live.session.events)).phases) if with_phases else ()
+    phases = tuple(read_record(live.session.events).phases) if with_phases else ()
     return LogJob(paths or (live.session.raw_log,), files, files.read(), phases)
 
 

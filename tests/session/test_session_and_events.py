@@ -8,7 +8,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome, SafeState
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.events import EventLog, read_events
-from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord, record_of
+from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord, read_record
 from etb_hil.session.session import create, open_session
 
 
@@ -78,7 +78,7 @@ def test_the_record_is_what_the_events_tell(tmp_path):
     log.add(40, "phase", id="ramps", kind="ramp")
     log.add(90, "end", **record.details())
     log.close()
-    assert record_of(read_events(tmp_path / "events.jsonl")) == record
+    assert read_record(tmp_path / "events.jsonl") == record
 
 
 def test_a_run_without_an_end_is_a_bench_fault(tmp_path):
@@ -88,7 +88,7 @@ def test_a_run_without_an_end_is_a_bench_fault(tmp_path):
     log.add(10, "phase", id="home", kind="home")
     log.close()
     path.write_text(path.read_text() + '{"stamp_ns": 20, "ev')
-    record = record_of(read_events(path))
+    record = read_record(path)
     assert record.outcome is BenchOutcome.FAULT
     assert record.reason_id == "cut_short"
     assert record.phases == [PhaseTime("home", "home", 10)]
@@ -100,3 +100,18 @@ def test_a_broken_event_in_the_middle_is_named(tmp_path):
     path.write_text('{"stamp_ns": 1, "event": "start"}\nnonsense\n{"stamp_ns": 2, "event": "end"}\n')
     with pytest.raises(InputError, match=r"events\.jsonl:2: must be an event"):
         read_events(path)
+
+
+@pytest.mark.parametrize(("event", "key"), [("phase", "id"), ("phase", "kind"), ("answer", "by"), ("end", "reason")])
+def test_a_value_of_another_type_is_damage(tmp_path, event, key):
+    path = tmp_path / "events.jsonl"
+    lines = [
+        {"stamp_ns": 1, "event": "start"},
+        {"stamp_ns": 1, "event": "phase", "id": "ready", "kind": "prompt"},
+        {"stamp_ns": 2, "event": "answer", "id": "ready", "text": "Ready?", "answer": "yes", "by": "operator"},
+        {"stamp_ns": 3, "event": "end", **RunRecord(reason="none").details()},
+    ]
+    next(one for one in lines if one["event"] == event)[key] = -(10**30)
+    path.write_text("".join(json.dumps(one) + "\n" for one in lines))
+    with pytest.raises(InputError, match=rf"events\.jsonl: is damaged: TypeError.*{key} is -1000"):
+        read_record(path)
