@@ -9,7 +9,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError
-from etb_hil.base.outcome import ExitCode
+from etb_hil.base.outcome import ExitCode, UnitVerdict
 from etb_hil.cli.lines import columns, say
 from etb_hil.cli.replay_options import against_baseline, baseline_of, segment_length, units_of, window_of, worst
 from etb_hil.cli.replay_session import compared
@@ -64,18 +64,29 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
 def _in_segments(parts: Iterator[Finished], frames: Frames) -> Finished:
     """Print a verdict of a log, or a line a segment; return what decides.
 
-    A short log has one verdict, a long one segments.
+    A short log has one verdict, a long one segments. Those that follow each other and are inconclusive for the same
+    reason have one line: hours in which nothing moved.
     """
-    deciding = next(parts)
-    printed = False
+    deciding = first = last = next(parts)
+    is_long = False
     for finished in parts:
-        if not printed:
-            print(_line(deciding, frames.start_ns or 0))
-            printed = True
-        print(_line(finished, frames.start_ns or 0))
+        is_long = True
+        if not _continues(last, finished):
+            print(_line(first, last, frames.start_ns or 0))
+            first = finished
+        last = finished
         deciding = min(deciding, finished, key=_rank)
+    if is_long:
+        print(_line(first, last, frames.start_ns or 0))
     print(verdict_text(deciding.results, columns=columns()))
     return deciding
+
+
+def _continues(before: Finished, finished: Finished) -> bool:
+    """Tell whether a segment is inconclusive for the reason of the one before it."""
+    one, other = before.results.unit, finished.results.unit
+    is_inconclusive = one.verdict is other.verdict is UnitVerdict.INCONCLUSIVE
+    return is_inconclusive and (one.reason_id, one.reason) == (other.reason_id, other.reason)
 
 
 def _rank(finished: Finished) -> int:
@@ -83,6 +94,8 @@ def _rank(finished: Finished) -> int:
     return rank(unit.verdict, unit.reason_id)
 
 
-def _line(finished: Finished, first_ns: int) -> str:
-    start, unit = (finished.record.start_ns - first_ns) * 1e-9, finished.results.unit
-    return f"  {start:10.1f} s + {finished.results.duration_s or 0.0:.1f} s  {unit.verdict}: {unit.reason}"
+def _line(first: Finished, last: Finished, first_ns: int) -> str:
+    """Return the line of a segment, or of those from the first to the last."""
+    start, unit = (first.record.start_ns - first_ns) * 1e-9, first.results.unit
+    before = (last.record.start_ns - first.record.start_ns) * 1e-9
+    return f"  {start:10.1f} s + {before + (last.results.duration_s or 0.0):.1f} s  {unit.verdict}: {unit.reason}"

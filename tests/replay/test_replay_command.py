@@ -80,6 +80,16 @@ def test_a_pause_in_a_long_log_is_left_out(frames, tmp_path, capsys):
     assert "3 of 4 segments of 60 s hold no frame that has a role" in capsys.readouterr().out
 
 
+def test_minutes_in_which_nothing_moves_have_one_line(frames, tmp_path, capsys):
+    still = frames.select(frames.stamp_ns < frames.stamp_ns[0] + 900_000_000)
+    resting = [later(still, number * MINUTE_NS) for number in range(4)]
+    path = write(tmp_path / "log.blf", *resting, later(frames, 4 * MINUTE_NS))
+    assert main(["replay", path]) == ExitCode.UNIT_FAILED
+    segments = [line.split() for line in capsys.readouterr().out.splitlines() if " s + " in line]
+    assert [one[5].rstrip(":") for one in segments] == ["inconclusive", "fail"]
+    assert float(segments[0][3]) == pytest.approx(180.9, abs=0.1)
+
+
 def test_what_could_not_be_read_is_said_where_nothing_is_left(frames, tmp_path, capsys):
     path = write(tmp_path / "log.blf", nothing_of_the_unit(frames, 3 * MINUTE_NS))
     (tmp_path / "log.blf").write_bytes((tmp_path / "log.blf").read_bytes()[:-200])
