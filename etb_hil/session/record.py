@@ -103,7 +103,10 @@ class RunRecord:
 
 
 def read_record(path: Path) -> RunRecord:
-    """Return the record that a session's file of events holds; InputError where it is damaged."""
+    """Return the record that a session's events tell.
+
+    InputError where their file is damaged.
+    """
     events = read_events(path)  # which says what is wrong with a line
     try:
         return _record_of(events)
