@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 def of_stated_types(made: T) -> T:
-    """Return a dataclass unchanged; TypeError where a value has not the type of its field.
+    """Return a dataclass; TypeError where a value has not the type of its field.
 
     Whole numbers and others are one type, as in JSON; what lists and mappings hold is not checked.
     """

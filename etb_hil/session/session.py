@@ -18,6 +18,7 @@ from etb_hil import __version__
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
 from etb_hil.base.files import refused_by_name, write_bytes, write_text
 from etb_hil.base.plugins import Plugin, plugins
+from etb_hil.base.stated_types import of_stated_types
 from etb_hil.base.userfile import read_bytes
 from etb_hil.results.json_file import result_as_dict, result_from_dict
 from etb_hil.results.run_result import InputFile, RunResult
@@ -174,10 +175,13 @@ def open_session(folder: Path) -> Session:
             Problem("is of an unknown schema", Place(folder / MANIFEST, key="schema"), manifest.get("schema"), SCHEMA)
         )
     try:
-        entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
+        entries = tuple(
+            of_stated_types(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]))
+            for e in manifest["inputs"]
+        )
         told = {key: manifest[key] for key in ("scenario", "model", "seed", "observer") if key in manifest}
         parts = tuple(_plugin(entry) for entry in manifest.get("plugins", ()))
-        return Session(
+        made = Session(
             folder,
             manifest["run_id"],
             manifest.get("serial", ""),
@@ -186,6 +190,7 @@ def open_session(folder: Path) -> Session:
             plugins=parts,
             **told,
         )
+        return of_stated_types(made)
     except (KeyError, TypeError) as error:
         raise InputError(
             Problem(f"is damaged: {error}", Place(folder / MANIFEST), remedy="restore it from a copy of the session")

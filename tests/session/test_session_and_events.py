@@ -115,3 +115,11 @@ def test_a_value_of_another_type_is_damage(tmp_path, event, key):
     path.write_text("".join(json.dumps(one) + "\n" for one in lines))
     with pytest.raises(InputError, match=rf"events\.jsonl: is damaged: TypeError.*{key} is -1000"):
         read_record(path)
+
+
+@pytest.mark.parametrize("key", ["run_id", "serial", "scenario", "observer"])
+def test_a_session_with_a_value_of_another_type_is_damaged(tmp_path, key):
+    manifest = {"schema": "etb_hil/session/1", "run_id": "run", "inputs": [], key: 1e308}
+    (tmp_path / "session.json").write_text(json.dumps(manifest))
+    with pytest.raises(InputError, match=rf"is damaged: {key} is 1e\+308"):
+        open_session(tmp_path)
