@@ -1,4 +1,4 @@
-"""What a record tells of effects: detection limits, and which are isolable.
+"""The information of a record on effects: detection limits, and isolability.
 
 Everything is linear about a model, by the Fisher information of its innovations. Base parameters hide of an effect what
 they can do inside their tolerances, and disturbances what is immaterial.
@@ -30,10 +30,10 @@ _NEAR = 0.02  # of a size: as well as it is looked for
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What a record tells of some effects beside `unknowns` (b).
+class Information:
+    """Fisher information of a record on some effects and on `unknowns` (b).
 
-    Those come first in all matrices (c, c), and `columns` are the strengths of each effect. `information` of all;
+    Unknowns come first in all matrices (c, c), and `columns` are the strengths of each effect. `matrix`: of all;
     `torque` and `voltage`: mean products of the disturbances that a filter needs for a unit of each, in N·m and V;
     `white`: of the innovations, summed over the readings.
     """
@@ -42,7 +42,7 @@ class Told:
     unknowns: tuple[Unknown, ...]
     asked: tuple[Candidate, ...]
     columns: tuple[Int64, ...]
-    information: Float64
+    matrix: Float64
     torque: Float64
     voltage: Float64
     white: Float64
@@ -55,7 +55,7 @@ class Told:
         high, own = abs(most), self.columns[number][0]
         if not self._is_enough(number, most):
             return None
-        low = min(math.sqrt(2.0 * GAIN / self.information[own, own]), high)
+        low = min(math.sqrt(2.0 * GAIN / self.matrix[own, own]), high)
         while high > (1.0 + _NEAR) * low:
             middle = math.sqrt(low * high)
             low, high = (low, middle) if self._is_enough(number, math.copysign(middle, most)) else (middle, high)
@@ -71,12 +71,12 @@ class Told:
         p, count = self.at.parameters, len(self.unknowns)
         own, base = int(self.columns[number][0]), np.arange(count)
         values, scale = (np.array(one) for one in zip(*((p[u.place], u.deviation) for u in self.unknowns), strict=True))
-        cross = self.information[base, own] * size
-        step, gain = best_step(values, self.unknowns, self.information[:count, :count], cross, farthest=np.inf)
+        cross = self.matrix[base, own] * size
+        step, gain = best_step(values, self.unknowns, self.matrix[:count, :count], cross, farthest=np.inf)
         width = self.asked[number].unknowns()[0].deviation
-        beside = max(self.information[own, own] * size**2 - 2.0 * gain, 0.0)
+        beside = max(self.matrix[own, own] * size**2 - 2.0 * gain, 0.0)
         evidence = 0.5 * beside - 0.5 * math.log1p(beside / size**2 * width**2)
-        left = np.zeros(len(self.information))
+        left = np.zeros(len(self.matrix))
         left[own], left[base] = size, -step * scale
         per_volt = p[TORQUE_PER_AMPERE] / p[RESISTANCE]
         volts = max(left @ self.voltage @ left - self.at.voltage_noise**2, 0.0)
@@ -87,8 +87,10 @@ class Told:
         return bool(evidence > GAIN and needed + left @ self.white @ left / WHITE + beyond > NOTHING**2)
 
 
-def told(record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked: Sequence[Candidate]) -> Told:
-    """Return what a record tells of each effect in its shape.
+def information_of(
+    record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked: Sequence[Candidate]
+) -> Information:
+    """Return the information of a record on each effect in its shape.
 
     `unknowns`: those of the model without the effects.
     """
@@ -108,7 +110,7 @@ def told(record: Record, parameters: Float64, unknowns: Sequence[Unknown], asked
     products = _mean_products(torque[moves]), _mean_products(voltage)
     ends = np.cumsum([len(unknowns), *map(len, each)])
     its = tuple(np.arange(first, end) for first, end in pairwise(ends))
-    return Told(at, tuple(unknowns), tuple(asked), its, normal.matrix, *products, white)
+    return Information(at, tuple(unknowns), tuple(asked), its, normal.matrix, *products, white)
 
 
 @njit(cache=True, error_model="numpy")
@@ -137,19 +139,19 @@ class Isolability:
     pairs: int
 
 
-def isolability(told: Told) -> Isolability:
+def isolability(known: Information) -> Isolability:
     """Return which effects a record isolates beside the unknowns.
 
     Two effects with one collinear shape are not isolable. An effect is hidden where no strength in its bounds would be
     accepted in any shape.
     """
-    count = len(told.unknowns)
-    information = _beside(told.information, told.unknowns)
-    is_told = np.diag(information) > _LOST * np.diag(told.information)[count:]
-    spans: dict[str, list[tuple[Int64, Float64]]] = {one.id: [] for one in told.asked}
-    for number, one in enumerate(told.asked):
-        place = told.columns[number] - count
-        if is_told[place].all() and told.shows(number):
+    count = len(known.unknowns)
+    information = _beside(known.matrix, known.unknowns)
+    is_known = np.diag(information) > _LOST * np.diag(known.matrix)[count:]
+    spans: dict[str, list[tuple[Int64, Float64]]] = {one.id: [] for one in known.asked}
+    for number, one in enumerate(known.asked):
+        place = known.columns[number] - count
+        if is_known[place].all() and known.shows(number):
             spans[one.id].append((place, _whitener(information[np.ix_(place, place)])))
     shown = [id_ for id_, its in spans.items() if its]
     not_isolable = []

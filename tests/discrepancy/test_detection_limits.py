@@ -37,7 +37,7 @@ def healthy():
     ],
 )
 def test_a_calibration_leaves_of_an_effect_what_its_limit_promises(healthy, id_):
-    """Of twice as much it leaves a misfit that a cause needs, and of half as much it does not."""
+    """Without twice as much the model has the misfit of a cause, without half as much it has not."""
     effect = CATALOGUE[id_]
     made = prepared(as_record(healthy.balances[0].measured, MODEL), MODEL)
     shapes = candidates(made.record, made.parameters, [effect])

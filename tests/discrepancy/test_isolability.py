@@ -8,7 +8,7 @@ from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.plan.isolability import isolability_of
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.hypotheses.candidates import candidates
-from etb_hil.hypotheses.information import told
+from etb_hil.hypotheses.information import information_of
 from etb_hil.hypotheses.prepared import prepared
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.measured import measured_parameter
@@ -61,7 +61,7 @@ def smallest(model, ids):
     made = prepared(as_record(measurement(MODEL.vector(), 1, textbook()), model), model)
     record, fit = made.calibrated()
     asked = [candidates(record, fit.parameters, [made.effects[id_]])[0] for id_ in ids]
-    found = told(record, fit.parameters, fit.unknowns, asked)
+    found = information_of(record, fit.parameters, fit.unknowns, asked)
     return [found.smallest(number, one.unknowns()[0].high) for number, one in enumerate(asked)]
 
 

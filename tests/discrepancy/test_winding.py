@@ -49,18 +49,18 @@ def test_a_current_that_runs_against_the_voltage_is_refused_with_what_a_motor_at
 @pytest.mark.parametrize("noise", [0.0, 0.5], ids=["clear", "noisy"])
 def test_a_current_that_a_winding_may_have_is_not_refused(measured, times, noise):
     current = times * measured.current + noise * np.random.default_rng(4).standard_normal(len(measured))
-    must_be_of_winding([replace(measured, current=current)], MODEL)
+    assert must_be_of_winding([replace(measured, current=current)], MODEL) is None
 
 
 def test_without_power_no_current_is_against_anything(measured):
     """An open bridge: what is left are the zeros of two sensors, here on either side of nothing, and their noise."""
     rng = np.random.default_rng(6)
     voltage, current = 0.05 + 0.02 * rng.standard_normal((2, len(measured)))
-    must_be_of_winding([replace(measured, voltage=voltage, current=-current)], MODEL)
+    assert must_be_of_winding([replace(measured, voltage=voltage, current=-current)], MODEL) is None
 
 
 def test_a_sensor_whose_zero_is_off_runs_against_nothing(measured):
-    must_be_of_winding([replace(measured, current=measured.current - 0.3)], MODEL)
+    assert must_be_of_winding([replace(measured, current=measured.current - 0.3)], MODEL) is None
 
 
 def test_a_motor_that_gives_power_back_runs_against_nothing(measured):
@@ -69,7 +69,7 @@ def test_a_motor_that_gives_power_back_runs_against_nothing(measured):
     velocity = np.gradient(angle) * RATE
     voltage = 0.5 * MODEL.values.back_emf * velocity
     current = (voltage - MODEL.values.back_emf * velocity) / MODEL.values.resistance
-    must_be_of_winding([replace(measured, voltage=voltage, angle=angle, current=current)], MODEL)
+    assert must_be_of_winding([replace(measured, voltage=voltage, angle=angle, current=current)], MODEL) is None
 
 
 def test_a_few_samples_at_rest_are_too_few_to_say_so(measured):
@@ -80,12 +80,12 @@ def test_a_few_samples_at_rest_are_too_few_to_say_so(measured):
         return replace(measured, **few, current=-measured.current[samples])
 
     held = backwards(6.0, 6.4)
-    must_be_of_winding([held], MODEL)
+    assert must_be_of_winding([held], MODEL) is None
     refusal_of(backwards(6.0, 6.6))
     with pytest.raises(InputError, match="runs against"):
         must_be_of_winding([held, held], MODEL)
 
 
 def test_a_drive_has_no_winding_and_a_record_may_have_no_current(measured):
-    must_be_of_winding([replace(measured, current=-1e3 * measured.current, is_drive=True)], MODEL)
-    must_be_of_winding([replace(measured, current=None)], MODEL)
+    assert must_be_of_winding([replace(measured, current=-1e3 * measured.current, is_drive=True)], MODEL) is None
+    assert must_be_of_winding([replace(measured, current=None)], MODEL) is None

@@ -20,7 +20,7 @@ from etb_hil.estimation.record import Record, joined
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, candidates
 from etb_hil.hypotheses.constants import PARAMETER, PARTS, SEARCHED
-from etb_hil.hypotheses.information import told
+from etb_hil.hypotheses.information import information_of
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -34,8 +34,8 @@ def detection_limits(findings: Findings) -> dict[str, DetectionLimit]:
     """Return by effect the smallest strength that would be accepted as a cause.
 
     It is the larger one of both signs. Above the effect's bounds it is not `within_bounds`; an effect that was not
-    tested is not `judged`: there is no limit, and `says` gives the reason. The limit of an effect of a place holds
-    `where` the record went, and `says` so. What is no cause has a shape in the middle of those that are tried.
+    tested is not `judged`: there is no limit, and `text` gives the reason. The limit of an effect of a place holds in
+    the `valid_range` of the motion. What is no cause has a shape in the middle of those that are tried.
     """
     if not findings.tested:
         return {}
@@ -50,7 +50,7 @@ def detection_limits(findings: Findings) -> dict[str, DetectionLimit]:
     limits: dict[str, DetectionLimit] = {}
     for known_as, asked in together.items():
         causes = [findings.accepted[k] for k in known_as]
-        found = told(record, fit.parameters, _unknowns_without(fit, made, causes), asked)
+        found = information_of(record, fit.parameters, _unknowns_without(fit, made, causes), asked)
         for k, candidate in enumerate(asked):
             strength = candidate.unknowns()[0]
             up = found.smallest(k, strength.high)

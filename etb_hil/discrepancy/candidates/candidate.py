@@ -23,7 +23,7 @@ TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A candidate: an effect, or a parameter that leaves its tolerance (`frees`).
+    """A candidate: an effect, or a parameter beyond its tolerance (`frees`).
 
     `also_frees`: another parameter that leaves its tolerance with it, since one fault changes both.
     """

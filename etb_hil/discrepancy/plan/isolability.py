@@ -9,7 +9,7 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.estimation.record import joined
 from etb_hil.hypotheses.candidates import candidates
 from etb_hil.hypotheses.constants import PARTS, SEARCHED
-from etb_hil.hypotheses.information import Isolability, isolability, told
+from etb_hil.hypotheses.information import Isolability, information_of, isolability
 from etb_hil.hypotheses.prepared import prepared
 from etb_hil.plant.parameters import Model
 
@@ -23,4 +23,4 @@ def isolability_of(model: Model, records: Sequence[Sequence[Measurement]]) -> Is
     made = prepared(joined(thinned), model)
     record, fit = made.calibrated()
     shapes = candidates(record, fit.parameters, made.effects.values())
-    return isolability(told(record, fit.parameters, fit.unknowns, shapes))
+    return isolability(information_of(record, fit.parameters, fit.unknowns, shapes))

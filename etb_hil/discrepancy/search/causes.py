@@ -57,7 +57,7 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     for step in found.causes:
         _accept(findings, step)
     if not found.causes:
-        # The balances' fit has no more from where to begin than its tolerances: a hill may have held it.
+        # A hill may have held the balances' fit, which began at the stated numbers.
         continue_from(findings, _near(findings.final.fit.whole, found.final.parameters), findings.final.unknowns)
     accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
     for step in found.steps:
