@@ -1,4 +1,6 @@
-"""The one integrator of the plant, compiled, in whole ticks of 50 us.
+"""The one integrator of the plant, compiled, in whole ticks.
+
+Ticks are of 50 us, or of another length for fits.
 
 The integrator is of second order, and stable however stiff the bristles.
 
@@ -41,7 +43,6 @@ STATES = 4
 
 _INSTANT = 1e-15  # s; too short for anything to move
 _CUTS = 16  # in one tick; more would be chatter below what the step resolves
-_QUARTER = 0.25 * TICK
 _SLOW = 0.05  # rad/s; faster than this the plate bounces on a stop, slower it rests there
 _FAST = 0.05  # dead zones in a tick; slower than this the springs' jump is smooth enough
 
@@ -57,17 +58,17 @@ def new_state(theta: float) -> Vector:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _stride(theta: float, omega: float, contact: float, left: float, p: Values) -> float:
+def _stride(theta: float, omega: float, contact: float, left: float, length: float, p: Values) -> float:
     """Return how far to step.
 
-    The step is to the end of the tick, less while a stop throws back or limp-home flies past.
+    The step is to the end of a tick of `length` s, less while a stop throws back or limp-home flies past.
     """
-    travel = TICK * abs(omega)
+    travel = length * abs(omega)
     if contact != 0.0:
         fine = abs(omega) > _SLOW
     else:
         fine = travel > _FAST * p[DEAD_ZONE] and abs(theta - p[LIMP_HOME]) < p[DEAD_ZONE] + travel
-    return min(left, _QUARTER) if fine else left
+    return min(left, 0.25 * length) if fine else left
 
 
 @njit(cache=True, error_model="numpy")
@@ -82,9 +83,16 @@ def _end_of_current(omega: float, current: float, current_end: float, u: float, 
 
 @njit(cache=True, error_model="numpy")
 def _run(  # noqa: C901 (one loop that must stay in registers)
-    state: Vector, parameters: Vector, elastic: float, voltage: float, ticks: int, record: Vector, row: int
+    state: Vector,
+    parameters: Vector,
+    elastic: float,
+    voltage: float,
+    ticks: int,
+    length: float,
+    record: Vector,
+    row: int,
 ) -> None:
-    """Move `state` by whole ticks.
+    """Move `state` by whole ticks of `length` s.
 
     From `row` on, where that is not negative, write it to `record` after each.
 
@@ -98,14 +106,14 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
     u = min(max(voltage, -p[VOLTAGE_LIMIT]), p[VOLTAGE_LIMIT])
     if is_open:
         u = -p[SUPPLY_VOLTAGE] if current > 0.0 else p[SUPPLY_VOLTAGE]
-    whole = answer(TICK, p) if conducts else NO_CURRENT
+    whole = answer(length, p) if conducts else NO_CURRENT
     for tick in range(ticks):
-        left = TICK
+        left = length
         contact = contact_of(theta, omega, p)
         for cut in range(_CUTS):
             last = cut == _CUTS - 1
-            h = left if last else _stride(theta, omega, contact, left, p)
-            armature = whole if h == TICK else answer(h, p) if conducts else NO_CURRENT
+            h = left if last else _stride(theta, omega, contact, left, length, p)
+            armature = whole if h == length else answer(h, p) if conducts else NO_CURRENT
             end = step(theta, omega, bristle, current, h, u, armature, contact, inverse, elastic, p)
             part, contact_new, is_gone = h, contact, False
             if not last:
@@ -134,12 +142,14 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
 
 
 @njit(cache=True, error_model="numpy")
-def advance_bristles(state: Vector, p: Vector, elastic: float, voltage: float, ticks: int) -> None:
+def advance_bristles(
+    state: Vector, p: Vector, elastic: float, voltage: float, ticks: int, length: float = TICK
+) -> None:
     """Move `state` as `advance` does, with bristles that are elastic at first.
 
-    They are up to a share of friction; see `bristle`.
+    They are up to a share of friction; see `bristle`. Ticks are `length` s long.
     """
-    _run(state, p, elastic, voltage, ticks, state.reshape((1, -1)), -1)
+    _run(state, p, elastic, voltage, ticks, length, state.reshape((1, -1)), -1)
 
 
 @njit(cache=True, error_model="numpy")
@@ -151,7 +161,7 @@ def advance(state: Vector, p: Vector, voltage: float, ticks: int) -> None:
     The voltage is limited to what the bridge gives. With the bridge open, the diodes put the supply against the
     current until it is gone; a back-EMF above the supply is not modelled.
     """
-    advance_bristles(state, p, 0.0, voltage, ticks)
+    advance_bristles(state, p, 0.0, voltage, ticks, TICK)
 
 
 @njit(cache=True, error_model="numpy")
@@ -161,4 +171,4 @@ def advance_record(state: Vector, p: Vector, voltages: Vector, ticks: int, recor
     `record` (n * ticks, `STATES`) takes the state after each tick. Per tick this costs half of calling `advance`.
     """
     for k in range(len(voltages)):
-        _run(state, p, 0.0, voltages[k], ticks, record, k * ticks)
+        _run(state, p, 0.0, voltages[k], ticks, TICK, record, k * ticks)

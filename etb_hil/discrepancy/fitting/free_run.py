@@ -74,7 +74,7 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int,
     out = np.empty((samples, 2))
     _run(
         begin_at.copy(), p, b.free_voltage[part], m.temperature[part], angle[part], velocity[part],
-        b.current(p)[part], round(m.dt / TICK), every, out,
+        b.current(p)[part], m.dt, ticks_of(m.dt), every, out,
     )  # fmt: skip
     current = readings.arrived(out[:, 1], m.dt, Port.CURRENT_LATENESS, p)
     angle = readings.arrived(out[:, 0], m.dt, m.lateness_of_angle, p)
@@ -101,10 +101,18 @@ def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
     state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
     found = np.empty((len(begins), len(state)))
     _lead(
-        state, p, b.free_voltage, m.temperature, angle, velocity, b.current(p), round(m.dt / TICK), begins,
+        state, p, b.free_voltage, m.temperature, angle, velocity, b.current(p), m.dt, ticks_of(m.dt), begins,
         found,
     )  # fmt: skip
     return found
+
+
+def ticks_of(dt: float) -> int:
+    """Return in how many ticks a sampling period in s is simulated.
+
+    Each lasts about as long as the plant's own.
+    """
+    return max(1, round(dt / TICK))
 
 
 def _rms(values: Float64) -> float:
@@ -127,6 +135,7 @@ def _lead(
     angle: Vector,
     velocity: Vector,
     current: Vector,
+    dt: float,
     ticks: int,
     begins: NDArray[np.int64],
     found: Float64,
@@ -135,7 +144,7 @@ def _lead(
     for number in range(begins.size):
         while k < begins[number]:
             _set(state, angle[k], velocity[k], current[k])
-            advance_extended(state, p, voltage[k], ticks, temperature[k])
+            advance_extended(state, p, voltage[k], ticks, temperature[k], dt / ticks)
             k += 1
         _set(state, angle[k], velocity[k], current[k])
         found[number] = state
@@ -150,6 +159,7 @@ def _run(
     angle: Vector,
     velocity: Vector,
     current: Vector,
+    dt: float,
     ticks: int,
     every: int,
     out: Float64,
@@ -160,4 +170,4 @@ def _run(
         out[k, 0] = state[THETA]
         out[k, 1] = state[CURRENT]
         # With the bridge off the voltmeter sees the motor: driven by it, no current flows, which is what happens.
-        advance_extended(state, p, voltage[k], ticks, temperature[k])
+        advance_extended(state, p, voltage[k], ticks, temperature[k], dt / ticks)

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.free_run import ticks_of
 from etb_hil.discrepancy.fitting.unknowns import simulable
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import current_in_samples, until_next
 from etb_hil.plant.effects import readings
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
-from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.physics import BACK_EMF, INDUCTANCE, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
 
@@ -92,7 +93,7 @@ def along_the_motion(balances: Balances, p: Vector) -> Float64:
     stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
     _keep_on(
         state, p, angle, velocity, balances.driving, balances.is_open, m.temperature,
-        max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, samples,
+        m.dt, ticks_of(m.dt), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, samples,
     )  # fmt: skip
     return samples
 
@@ -106,6 +107,7 @@ def _keep_on(
     voltage: Vector,
     is_open: NDArray[np.bool_],
     temperature: Vector,
+    dt: float,
     ticks: int,
     gain_p: float,
     gain_d: float,
@@ -122,4 +124,4 @@ def _keep_on(
         if is_open[k]:
             samples[k, 3] = p[BACK_EMF] * state[OMEGA]  # the voltmeter sees the motor
             u = np.nan
-        advance_extended(state, p, u, ticks, temperature[k])
+        advance_extended(state, p, u, ticks, temperature[k], dt / ticks)
