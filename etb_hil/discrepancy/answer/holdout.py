@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,12 @@ from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
-from etb_hil.discrepancy.fitting.cross_validation import FOLDS, fold_of, held_out
-from etb_hil.discrepancy.fitting.fit import fit_of
+from etb_hil.discrepancy.fitting.cross_validation import Slopes, fold_of
+from etb_hil.discrepancy.fitting.fit import Fit, fit_of
 from etb_hil.discrepancy.fitting.free_run_fit import FreeRunFit, fit_free_run, part_of
 from etb_hil.discrepancy.fitting.gain import gain_of
 from etb_hil.discrepancy.fitting.noise_floor import motions_of, simulated
-from etb_hil.discrepancy.fitting.unknowns import start
+from etb_hil.discrepancy.fitting.unknowns import Unknown, start
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
 from etb_hil.plant.effects.layout import EXTENDED
@@ -69,9 +69,9 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     reference = start(findings.model)[:EXTENDED]
     errors = _Errors()
     errors.add("reference", b, lambda _: reference)
-    errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
+    errors.add("calibrated", b, _by_fold(findings, number, _folds_of(findings, findings.calibration)))
     if findings.accepted:
-        errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
+        errors.add("extended", b, _by_fold(findings, number, _folds_of(findings, final)))
     middle, drawn_noise_floors = _noise_floor(findings, number)
     errors.take(middle)
     free = errors.table["free_run"][free_run.POSITION]
@@ -131,13 +131,14 @@ def _noise_floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
     """
     first = findings.final_noise_floor
     motions = motions_of(findings.balances, first.truth)
+    slopes = _slopes(findings, first.calibration)
 
     def true_model(seed: int | None) -> tuple[Balances, Callable[[float], Vector]]:
-        if seed is None:
-            return first.balances[number], _by_fold(findings, number, _folds(findings, first.calibration))
-        again = simulated(findings.model, findings.balances, first.truth, motions, seed)
-        fit = replace(first.calibration, fit=fit_of(residual_of(again), first.truth))
-        return again[number], _by_fold(findings, number, _folds(findings, fit))
+        again, fit = first.balances, first.calibration.fit
+        if seed is not None:
+            again = simulated(findings.model, findings.balances, first.truth, motions, seed)
+            fit = fit_of(residual_of(again), first.truth)
+        return again[number], _by_fold(findings, number, _folds(slopes, fit, first.calibration.unknowns))
 
     def left(seed: int | None) -> Float64:
         b, fitted = true_model(seed)
@@ -151,14 +152,21 @@ def _noise_floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
     return middle, by_segment
 
 
-def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:
+def _slopes(findings: Findings, calibration: Calibration) -> Slopes:
+    return Slopes(calibration.jacobian, calibration.unknowns, fold_of(findings.balances))
+
+
+def _folds_of(findings: Findings, calibration: Calibration) -> list[Vector]:
+    """Return a calibration's parameters fitted without each fold."""
+    return _folds(_slopes(findings, calibration), calibration.fit, calibration.unknowns)
+
+
+def _folds(slopes: Slopes, fit: Fit, unknowns: Sequence[Unknown]) -> list[Vector]:
     """Return the parameters fitted without each fold."""
-    segment = fold_of(findings.balances)
-    x = held_out(calibration.fit, calibration.jacobian, calibration.unknowns, segment).x
     vectors = []
-    for k in range(FOLDS):
-        whole = calibration.fit.whole.copy()
-        for unknown, value in zip(calibration.unknowns, x[k], strict=True):
+    for values in slopes.held_out(fit).x:
+        whole = fit.whole.copy()
+        for unknown, value in zip(unknowns, values, strict=True):
             unknown.put(whole, float(value))
         vectors.append(whole)
     return vectors

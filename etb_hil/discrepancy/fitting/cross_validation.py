@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,25 +48,39 @@ def fold_of(balances: Sequence[Balances], segments: int = FOLDS) -> NDArray[np.i
     return np.concatenate(parts)
 
 
-def held_out(
-    fit: Fit, jacobian: Float64, unknowns: Sequence[Unknown], segment: NDArray[np.int64], segments: int = FOLDS
-) -> HeldOut:
+class Slopes:
+    """A Jacobian (n, unknowns) by the folds of its samples (n).
+
+    Their normal matrices serve every residual.
+    """
+
+    def __init__(self, jacobian: Float64, unknowns: Sequence[Unknown], segment: NDArray[np.int64]) -> None:
+        self._unknowns, self._jacobian = unknowns, jacobian
+        ends = [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist(), len(segment)]
+        runs = [slice(*each) for each in pairwise(ends)]
+        self._folds = [[run for run in runs if segment[run.start] == k] for k in range(FOLDS)]
+        self._normals = [sum(jacobian[run].T @ jacobian[run] for run in fold) for fold in self._folds]
+
+    def held_out(self, fit: Fit) -> HeldOut:
+        """Return the cost of each fold under parameters fitted on the others."""
+        low = np.array([u.low for u in self._unknowns])
+        high = np.array([u.high for u in self._unknowns])
+        x = np.clip([u.x_of(fit.whole) for u in self._unknowns], low, high)
+        rights = [-sum(self._jacobian[run].T @ fit.residual[run] for run in fold) for fold in self._folds]
+        # Effects' parameters have no tolerance.
+        stated = np.array([0.0 if "." in u.name else _PRIOR for u in self._unknowns])
+        normal, right = sum(self._normals) + np.diag(stated), sum(rights) - stated * x
+        cost = np.empty(FOLDS)
+        found = np.empty((FOLDS, len(x)))
+        for k, fold in enumerate(self._folds):
+            others = normal - self._normals[k] + _RIDGE * np.eye(len(x)) + np.diag(1e-9 * np.diag(normal))
+            step = box_least_squares(others, right - rights[k], low - x, high - x)
+            lefts = [fit.residual[run] + self._jacobian[run] @ step for run in fold]
+            cost[k] = sum(float(left @ left) for left in lefts)
+            found[k] = x + step
+        return HeldOut(cost, found)
+
+
+def held_out(fit: Fit, jacobian: Float64, unknowns: Sequence[Unknown], segment: NDArray[np.int64]) -> HeldOut:
     """Return the cost of each fold under parameters fitted on the others."""
-    x = np.array([u.x_of(fit.whole) for u in unknowns])
-    low = np.array([u.low for u in unknowns])
-    high = np.array([u.high for u in unknowns])
-    x = np.clip(x, low, high)
-    samples = [np.flatnonzero(segment == k) for k in range(segments)]
-    normals = [jacobian[r].T @ jacobian[r] for r in samples]
-    rights = [-(jacobian[r].T @ fit.residual[r]) for r in samples]
-    stated = np.array([0.0 if "." in u.name else _PRIOR for u in unknowns])  # effects' parameters have no tolerance
-    normal, right = sum(normals) + np.diag(stated), sum(rights) - stated * x
-    cost = np.empty(segments)
-    found = np.empty((segments, len(x)))
-    for k, r in enumerate(samples):
-        others = normal - normals[k] + _RIDGE * np.eye(len(x)) + np.diag(1e-9 * np.diag(normal))
-        step = box_least_squares(others, right - rights[k], low - x, high - x)
-        left = fit.residual[r] + jacobian[r] @ step
-        cost[k] = float(left @ left)
-        found[k] = x + step
-    return HeldOut(cost, found)
+    return Slopes(jacobian, unknowns, segment).held_out(fit)
