@@ -75,18 +75,23 @@ class Explanation:
         """
         return self._answer.model
 
-    def write(self, folder: str | Path, inputs: Sequence[Path] = ()) -> list[Path]:
+    def write(self, folder: str | Path, inputs: Sequence[Path] = (), *, pictures: bool = False) -> list[Path]:
         """Write the answer's files into a folder; return their paths.
 
         They are explanation.json, model.yaml, the next test and explanation.html.
 
-        `inputs`: the files and sessions that it was made from, whose names and hashes the page then has.
+        `inputs`: the files and sessions that it was made from, whose names and hashes the page then has. With
+        `pictures` the plots of the page are PNG files, too.
         """
         from etb_hil.discrepancy.explain import write
         from etb_hil.report.explain_report import write_explanation
 
         to = Path(folder)
-        return [*write(self._answer, to), write_explanation(self._answer.explanation, self._pictures(), to, inputs)]
+        written = write(self._answer, to)
+        return [
+            *written,
+            write_explanation(self._answer.explanation, self._pictures(), to, inputs, pictures=pictures),
+        ]
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure of the part that the model gets most wrong.

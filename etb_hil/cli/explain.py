@@ -43,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, help="folder (default: explanation, or explanation_2 and so on where an answer is)"
     )
+    parser.add_argument("--pictures", action="store_true", help="write the plots of the page as PNG files, too")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -110,7 +111,7 @@ def _write(answer: Explanation, options: argparse.Namespace) -> tuple[list[Path]
     from etb_hil.base.errors import InputError, Place, Problem
 
     try:
-        return answer.write(options.out, _inputs(options)), None
+        return answer.write(options.out, _inputs(options), pictures=options.pictures), None
     except InputError as error:  # somebody put files of their own there meanwhile
         return [], error.problems[0]
     except OSError as error:

@@ -14,7 +14,6 @@ from etb_hil.base.files import write_text
 from etb_hil.discrepancy.answer.folder import WRITTEN
 from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.report import explain_plots
-from etb_hil.report.drawing import figure_of, save_png
 from etb_hil.report.explain_causes import candidate_row, cause_rows, is_refitted, model_file_text, moved_parameters
 from etb_hil.report.explain_data import detection_rows, detection_text, friction_rows, judged_sentences, quality_row
 from etb_hil.report.explain_errors import CALLED, error_rows, gain_text, run_rows, shown_models, variance_text
@@ -38,9 +37,16 @@ REPORT_FILES = (REPORT_NAME, *(f"{name}.png" for name in _PICTURES))
 
 
 def write_explanation(
-    found: ExplanationResult, series: Pictures | None, folder: Path, inputs: Sequence[Path] = ()
+    found: ExplanationResult,
+    series: Pictures | None,
+    folder: Path,
+    inputs: Sequence[Path] = (),
+    *,
+    pictures: bool = False,
 ) -> Path:
-    """Write `explanation.html` and its plots as PNG; return the page's path.
+    """Write `explanation.html`; return its path.
+
+    With `pictures` each plot is a PNG file, too.
 
     The folder exists.
 
@@ -48,16 +54,19 @@ def write_explanation(
     """
     for name in _PICTURES:  # an earlier answer's are not of these data
         (folder / f"{name}.png").unlink(missing_ok=True)
-    drawn = []
+    drawn: list[tuple[str, Markup]] = []
     if series is not None:
         plots = {"before_and_after": explain_plots.before_and_after(series)}
         for left in series.left:
             plots[f"{left.balance}_over_{left.over}".replace(" ", "_")] = explain_plots.residual_plot(left)
         if series.runs is not None:
             plots["over_runs"] = explain_plots.over_runs(series.runs)
-        for name, chart in plots.items():
-            save_png(figure_of(chart), folder / f"{name}.png")
-            drawn.append((name, ours(drawings_of(chart, name))))
+        drawn = [(name, ours(drawings_of(chart, name))) for name, chart in plots.items()]
+        if pictures:
+            from etb_hil.report.drawing import figure_of, save_png  # noqa: PLC0415 (matplotlib takes its time to load)
+
+            for name, chart in plots.items():
+                save_png(figure_of(chart), folder / f"{name}.png")
     return write_text(folder / REPORT_NAME, _page(found, drawn, folder, inputs))
 
 

@@ -19,7 +19,7 @@ def plain(found):
     return TypeAdapter(type(found)).dump_python(found, mode="json", by_alias=True)
 
 
-def write_explanation(found, series, folder):
+def write_explanation(found, series, folder, *, pictures=False):
     """Write the page of a result, or of plain values."""
     typed = found if isinstance(found, ExplanationResult) else explanation_from_dict(found)
-    return explain_report.write_explanation(typed, series, folder)
+    return explain_report.write_explanation(typed, series, folder, pictures=pictures)
