@@ -224,6 +224,8 @@ class CsvTable:
                 yield line, self._split(line, text, self._delimiter)
 
     def _split(self, line: int, text: str, delimiter: str) -> list[str]:
+        if '"' not in text:
+            return text.split(delimiter)
         try:
             return next(csv.reader([text], delimiter=delimiter, strict=True))
         except csv.Error:
