@@ -34,7 +34,7 @@ from etb_hil.hypotheses.constants import (
 )
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.prepared import prepared
-from etb_hil.hypotheses.starts import beginning, from_elsewhere
+from etb_hil.hypotheses.starts import across_samples, beginning, from_elsewhere
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import EXTENDED
@@ -299,9 +299,17 @@ def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) ->
             p[one.place] = value
             if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:
                 continue  # the record does not go there
-            begin = begun(record, p, best.unknowns, best.disturbance)
-            found = climbed(record, begin, aim=max(aim, best.posterior))
+            found = climbed(record, begun(record, p, best.unknowns, best.disturbance), aim=max(aim, best.posterior))
             best = max(best, found, key=lambda each: each.posterior)
+        reached = -np.inf
+        while best.posterior > reached + GAIN and misfit(best) > NOTHING:
+            reached = best.posterior
+            for p in across_samples(record, best.parameters, one):
+                # All else first, which would take the reading back across.
+                others = [each for each in best.unknowns if each is not one]
+                fit = climbed(record, begun(record, p, others, best.disturbance))
+                fit = settled(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim)
+                best = max(best, fit, key=lambda each: each.posterior)
     return best
 
 

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+from etb_hil.estimation import forces
 from etb_hil.estimation.calibration import Fitted, first_disturbance
 from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.record import Record
@@ -17,18 +18,23 @@ from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
+_ACROSS = 0.02  # samples beyond a jump of the likelihood: less than any fit's first step
+
 
 def from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
     """Return a start of a fit, or a likelier one to which no slope leads."""
     if effect := effects.get(start.ids[0]):
-        p = _strength_elsewhere(record, before, start, effect)
-    else:
-        p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
-    if p is start.parameters:
-        return start
-    likeliest = filtered(record, p, _likelier_disturbance(record, before, p)).log_likelihood
+        found = _strengths_elsewhere(record, before, start, effect)
+        return max(found, key=lambda one: one.evidence, default=start)
+    p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
+    return start if p is start.parameters else _begun_there(record, before, start, p)
+
+
+def _begun_there(record: Record, before: Fitted, start: Start, parameters: Float64) -> Start:
+    """Return a start whose fit begins as a first fit does."""
+    likeliest = filtered(record, parameters, _likelier_disturbance(record, before, parameters)).log_likelihood
     gains = likeliest - before.filtered.log_likelihood
-    return Start(start.ids, p, p, max(start.evidence, gains))
+    return Start(start.ids, parameters, parameters, max(start.evidence, gains))
 
 
 def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Disturbance]:
@@ -48,10 +54,11 @@ def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Di
     return p, _likelier_disturbance(record, before, p)
 
 
-def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Float64:
-    """Return a start at strengths to which no slope leads, where it is likelier.
+def _strengths_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> list[Start]:
+    """Return starts at strengths to which no slope leads, where those are likelier.
 
-    Combinations of strengths are tried where one alone is likelier.
+    They are likelier under the disturbances of a first fit, or of the fit before. Combinations of strengths are tried
+    where one alone is likelier.
     """
     origins = start.origin, _as_stated(start.origin, before.unknowns)
     places = [effect.indices[k] for k in effect.strengths]
@@ -62,10 +69,37 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
             p[places] = values
             (alone if np.count_nonzero(values) == 1 else together).append(p)
     if not alone:
-        return start.parameters
-    some = record.thinned(STARTED, PARTS)
+        return []
+    found, some = list[Start](), record.thinned(STARTED, PARTS)
+    p = max([start.origin, *alone], key=lambda one: filtered(some, one, before.disturbance).log_likelihood)
+    gains = filtered(record, p, before.disturbance).log_likelihood - before.filtered.log_likelihood
+    if gains > 0.0:
+        found.append(Start(start.ids, start.origin, p, max(start.evidence, gains)))
     p = _likeliest(some, start.parameters, alone)
-    return p if p is start.parameters else _nearer(some, _likeliest(some, p, together), effect)
+    if p is not start.parameters:
+        found.append(_begun_there(record, before, start, _nearer(some, _likeliest(some, p, together), effect)))
+    return found
+
+
+def across_samples(record: Record, parameters: Float64, unknown: Unknown) -> list[Float64]:
+    """Return parameters that make a reading late by a sample less, and by one more.
+
+    There are none where the unknown makes no reading late.
+
+    The filter takes a late reading at the sample after it was true. So the likelihood jumps where it is late by whole
+    samples, and no slope leads across.
+    """
+    moved = parameters.copy()
+    moved[unknown.place] += 1.0
+    late, dt = forces.lateness(parameters)[:, 0], float(np.median(record.dt))
+    found = []
+    for samples in {round(value / dt, 6) for value in late[forces.lateness(moved)[:, 0] != late]}:
+        for across in (np.ceil(samples) - 1.0 - _ACROSS, np.floor(samples) + 1.0 + _ACROSS):
+            p = parameters.copy()
+            p[unknown.place] += (across - samples) * dt
+            if unknown.low <= p[unknown.place] <= unknown.high:
+                found.append(p)
+    return found
 
 
 def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:

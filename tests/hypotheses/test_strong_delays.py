@@ -29,6 +29,7 @@ def test_a_large_delay_of_the_current_is_the_likeliest_and_has_its_size(late):
             for one in (
                 ("measurement_delay", 0.0, 2.2e-3),
                 ("measurement_delay", 0.0, 6e-3),
+                ("angle_delay", 1.4e-3, 0.0),
                 ("angle_delay", 3.3e-3, 0.0),
                 ("angle_delay", 0.0, 2.2e-3),
                 ("motor_angle_delay", 1.3e-3, 6e-3),

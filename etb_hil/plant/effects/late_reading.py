@@ -11,7 +11,10 @@ from etb_hil.plant.physics import Vector
 _TICK = 50e-6  # s
 # Delays and lags in s from which fits begin: from far off they end beside the true ones
 # (`python benchmarks/explain_study.py strong FIRST COUNT --effects measurement_delay`).
-_DELAYS = (*(0.001 * k for k in (1, 2, 3, 4)), *(0.002 * k for k in (3, 4, 5, 6)), *(0.004 * k for k in (4, 5, 6, 7)))
+_DELAYS = (
+    *(0.0001, 0.0002, 0.0005), *(0.001 * k for k in (1, 2, 3, 4)), *(0.002 * k for k in (3, 4, 5, 6)),
+    *(0.004 * k for k in (4, 5, 6, 7)),
+)  # fmt: skip
 _LAGS = tuple(0.001 * 2.0**k for k in range(5))
 _LONGEST = 601  # ticks that a reading may be late: the bound of the delay
 MEMORY = 2 + _LONGEST  # the reading behind the lag, the place of the newest of a ring, and the ring
