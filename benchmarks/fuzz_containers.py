@@ -111,7 +111,10 @@ def _changed_packed(rng, data, first):
     if rng.random() < 0.3:
         struct.pack_into("<BxIQ", data, first + 2, rng.choice([0, 0, 1, 2]), number(rng, 4), number(rng, 8))
         return
-    body = bytearray(zlib.decompress(bytes(data[first + 24 : first + 24 + packed])))
+    try:
+        body = bytearray(zlib.decompress(bytes(data[first + 24 : first + 24 + packed])))
+    except zlib.error:
+        return  # another change met it before
     for _ in range(rng.choice([1, 10, 300])):
         at = rng.randrange(len(body) // 8) * 8
         body[at : at + 8] = rng.choice(

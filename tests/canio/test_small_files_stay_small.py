@@ -118,6 +118,21 @@ def test_blf_frames_on_channels_beyond_255_are_left_out_and_counted(tmp_path):
     assert "2 frames on channels above 255 were left out" in notes[0]
 
 
+@pytest.mark.parametrize(("unit", "stamp"), [(1, 2**63 // 10_000), (1, 2**64 - 1), (2, 2**63), (2, 2**64 - 1)])
+def test_blf_frames_with_stamps_beyond_64_bits_are_left_out_and_counted(tmp_path, unit, stamp):
+    path = tmp_path / "late.blf"
+    data = written(path, frames(10))
+    body = bytearray(zlib.decompress(data[144 + 32 :]))
+    struct.pack_into("<I", body, 48 * 4 + 16, unit)
+    struct.pack_into("<Q", body, 48 * 4 + 24, stamp)
+    packed = zlib.compress(bytes(body))
+    struct.pack_into("<I", data, 144 + 8, 32 + len(packed))
+    path.write_bytes(data[: 144 + 32] + packed)
+    got, notes = read(path)
+    assert got.stamp_ns.tolist() == [START_NS + 1_000_000 * k for k in range(10) if k != 4]
+    assert "1 frames stamped after the year 2255 were left out" in "".join(notes)
+
+
 def test_an_sqlite_view_that_never_ends_is_refused(tmp_path):
     path = tmp_path / "view.db"
     with sqlite3.connect(path) as database:

@@ -20,7 +20,7 @@ from etb_hil.base.errors import BenchFault, InputError, Place, Problem, Recordin
 from etb_hil.base.userfile import open_file
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs.blf_chain import MAX_PADDING, SIGNATURE, find_objects
-from etb_hil.canio.logs.blf_objects import MARGIN, pack, unpack
+from etb_hil.canio.logs.blf_objects import MARGIN, NEVER, pack, unpack
 from etb_hil.canio.logs.inflate import MOST_BYTES, inflate
 from etb_hil.canio.logs.notes import Notes
 
@@ -248,6 +248,9 @@ class BlfReader:
         frames, far = unpack(np.frombuffer(data, np.uint8), objects, self.start_ns)
         if far:
             self._note(None, f"{far} frames on channels above 255 were left out")
+        if (never := frames.stamp_ns == NEVER).any():
+            frames = frames.select(~never)
+            self._note(None, f"{np.count_nonzero(never)} frames stamped after the year 2255 were left out")
         self._frames += len(frames)
         return frames, data[objects.end : length]
 

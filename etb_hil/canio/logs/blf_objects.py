@@ -37,6 +37,8 @@ HEADER = np.dtype(
 )  # fmt: skip
 _HEADER_BYTES = {1: 32, 2: 40}
 _TEN_MICROSECONDS, _ONE_NANOSECOND = 1, 2  # unit of the stamp, in the header's flags
+NEVER = np.iinfo(np.int64).min
+_LATEST_NS = 9 * 10**18  # after 1970, in the year 2255: about what 64 bits hold
 
 _MESSAGE = np.dtype([("channel", "<u2"), ("flags", "u1"), ("dlc", "u1"), ("id", "<u4"), ("data", "u1", 8)])
 _FD = np.dtype(
@@ -198,13 +200,19 @@ def _groups(head: NDArray[np.void]) -> list[_Group]:
 
 
 def _frames(head: NDArray[np.void], start_ns: int, *, wide: bool) -> FrameBlock:
-    """Return frames with their stamps alone."""
+    """Return frames with their stamps alone.
+
+    They are `NEVER` where one is later than 64 bits hold.
+    """
     count = len(head)
-    stamp_ns = head["stamp"].astype(np.int64)
+    stamp_ns, latest = head["stamp"].astype(np.int64), np.uint64(_LATEST_NS - start_ns)
+    is_never = head["stamp"] > latest
     coarse = head["flags"] == _TEN_MICROSECONDS
     if coarse.any():
         stamp_ns *= np.where(coarse, np.int64(10_000), np.int64(1))
+        is_never |= coarse & (head["stamp"] > latest // np.uint64(10_000))
     stamp_ns += start_ns
+    stamp_ns[is_never] = NEVER
     return FrameBlock(
         stamp_ns,
         np.empty(count, np.uint32),
