@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, shortened
 from etb_hil.base.outcome import ExitCode
 from etb_hil.results import shown
 from etb_hil.results.json_file import result_as_dict
@@ -140,10 +140,14 @@ def _difference(before: object, now: object, key: str) -> str | None:
     if isinstance(before, dict) and isinstance(now, dict):
         names = [name for name in dict.fromkeys((*before, *now)) if f"{key}{name}" not in {"versions", "plugins"}]
         pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
-    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+    elif isinstance(before, list) and isinstance(now, list):
+        if len(before) != len(now):
+            return f"{key.removesuffix('.')}: {len(before)} of them live, {len(now)} now"
         pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]
+    elif before == now or (before != before and now != now):  # noqa: PLR0124 (NaN)
+        return None
     else:
-        return None if before == now or (before != before and now != now) else f"{key}: {before!r} live, {now!r} now"  # noqa: PLR0124 (NaN)
+        return f"{key}: {shortened(repr(before))} live, {shortened(repr(now))} now"
     return next(
         (found for name, a, b in pairs if (found := _difference(a, b, f"{name}." if _nested(a) else name))), None
     )

@@ -52,3 +52,14 @@ def test_results_that_the_frames_do_not_give_end_otherwise_than_a_pass(tmp_path,
     results.write_text(json.dumps(told))
     assert main(["replay", str(session.folder)]) == 4
     assert "Differs from live: measurements.0.value" in capsys.readouterr().out
+
+
+def test_of_another_number_of_phases_the_numbers_are_said_alone(tmp_path, capsys):
+    session = run_on(tmp_path).session
+    results = session.folder / "results.json"
+    live = json.loads(results.read_text())
+    now = len(live["phases"])
+    live["phases"] += live["phases"][:1]
+    results.write_text(json.dumps(live))
+    assert main(["replay", str(session.folder)]) == 4
+    assert f"Differs from live: phases: {now + 1} of them live, {now} now" in " ".join(capsys.readouterr().out.split())
