@@ -24,17 +24,20 @@ _ACROSS = 0.02  # samples beyond a jump of the likelihood: less than any fit's f
 def from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
     """Return a start of a fit, or a likelier one to which no slope leads."""
     if effect := effects.get(start.ids[0]):
-        found = _strengths_elsewhere(record, before, start, effect)
-        return max(found, key=lambda one: one.evidence, default=start)
+        return _strengths_elsewhere(record, before, start, effect)
     p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
     return start if p is start.parameters else _begun_there(record, before, start, p)
 
 
 def _begun_there(record: Record, before: Fitted, start: Start, parameters: Float64) -> Start:
     """Return a start whose fit begins as a first fit does."""
-    likeliest = filtered(record, parameters, _likelier_disturbance(record, before, parameters)).log_likelihood
-    gains = likeliest - before.filtered.log_likelihood
-    return Start(start.ids, parameters, parameters, max(start.evidence, gains))
+    gain = _gain(record, before, parameters, _likelier_disturbance(record, before, parameters))
+    return Start(start.ids, parameters, parameters, max(start.evidence, gain))
+
+
+def _gain(record: Record, before: Fitted, parameters: Float64, disturbance: Disturbance) -> float:
+    """Return by how much parameters are likelier than a fit, in nats."""
+    return filtered(record, parameters, disturbance).log_likelihood - before.filtered.log_likelihood
 
 
 def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Disturbance]:
@@ -54,10 +57,10 @@ def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Di
     return p, _likelier_disturbance(record, before, p)
 
 
-def _strengths_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> list[Start]:
-    """Return starts at strengths to which no slope leads, where those are likelier.
+def _strengths_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Start:
+    """Return a start at strengths to which no slope leads, where it is likelier.
 
-    They are likelier under the disturbances of a first fit, or of the fit before. Combinations of strengths are tried
+    It is likelier under the disturbances of a first fit, or else of the fit before. Combinations of strengths are tried
     where one alone is likelier.
     """
     origins = start.origin, _as_stated(start.origin, before.unknowns)
@@ -69,16 +72,17 @@ def _strengths_elsewhere(record: Record, before: Fitted, start: Start, effect: E
             p[places] = values
             (alone if np.count_nonzero(values) == 1 else together).append(p)
     if not alone:
-        return []
-    found, some = list[Start](), record.thinned(STARTED, PARTS)
-    p = max([start.origin, *alone], key=lambda one: filtered(some, one, before.disturbance).log_likelihood)
-    gains = filtered(record, p, before.disturbance).log_likelihood - before.filtered.log_likelihood
-    if gains > 0.0:
-        found.append(Start(start.ids, start.origin, p, max(start.evidence, gains)))
+        return start
+    found, some = start, record.thinned(STARTED, PARTS)
     p = _likeliest(some, start.parameters, alone)
     if p is not start.parameters:
-        found.append(_begun_there(record, before, start, _nearer(some, _likeliest(some, p, together), effect)))
-    return found
+        p = _nearer(some, _likeliest(some, p, together), effect)
+        found = _begun_there(record, before, start, p)
+        if _gain(record, before, p, _likelier_disturbance(record, before, p)) > 0.0:
+            return found
+    p = max([start.origin, *alone], key=lambda one: filtered(some, one, before.disturbance).log_likelihood)
+    gain = _gain(record, before, p, before.disturbance)
+    return Start(start.ids, start.origin, p, max(start.evidence, gain)) if gain > 0.0 else found
 
 
 def across_samples(record: Record, parameters: Float64, unknown: Unknown) -> list[Float64]:
