@@ -307,9 +307,9 @@ def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) ->
             for p in across_samples(record, best.parameters, one):
                 # All else first, which would take the reading back across.
                 others = [each for each in best.unknowns if each is not one]
-                fit = climbed(record, begun(record, p, others, best.disturbance))
-                fit = settled(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim)
-                best = max(best, fit, key=lambda each: each.posterior)
+                there = climbed(record, begun(record, p, others, best.disturbance))
+                found = settled(record, begun(record, there.parameters, best.unknowns, there.disturbance), aim)
+                best = max(best, found, key=lambda each: each.posterior)
     return best
 
 

@@ -18,21 +18,18 @@ from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
-_ACROSS = 0.02  # samples beyond a jump of the likelihood: less than any fit's first step
+_ACROSS = 0.02  # samples beyond a jump of the likelihood, so that no rounding puts a start back before it
 
 
 def from_elsewhere(record: Record, before: Fitted, start: Start, effects: Mapping[str, Effect]) -> Start:
     """Return a start of a fit, or a likelier one to which no slope leads."""
     if effect := effects.get(start.ids[0]):
-        return _strengths_elsewhere(record, before, start, effect)
+        return _strength_elsewhere(record, before, start, effect)
     p = _likeliest(record, start.parameters, _stops_elsewhere(record, start))
-    return start if p is start.parameters else _begun_there(record, before, start, p)
-
-
-def _begun_there(record: Record, before: Fitted, start: Start, parameters: Float64) -> Start:
-    """Return a start whose fit begins as a first fit does."""
-    gain = _gain(record, before, parameters, _likelier_disturbance(record, before, parameters))
-    return Start(start.ids, parameters, parameters, max(start.evidence, gain))
+    if p is start.parameters:
+        return start
+    gain = _gain(record, before, p, _likelier_disturbance(record, before, p))
+    return Start(start.ids, p, p, max(start.evidence, gain))
 
 
 def _gain(record: Record, before: Fitted, parameters: Float64, disturbance: Disturbance) -> float:
@@ -57,7 +54,7 @@ def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Di
     return p, _likelier_disturbance(record, before, p)
 
 
-def _strengths_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Start:
+def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Effect) -> Start:
     """Return a start at strengths to which no slope leads, where it is likelier.
 
     It is likelier under the disturbances of a first fit, or else of the fit before. Combinations of strengths are tried
@@ -77,8 +74,9 @@ def _strengths_elsewhere(record: Record, before: Fitted, start: Start, effect: E
     p = _likeliest(some, start.parameters, alone)
     if p is not start.parameters:
         p = _nearer(some, _likeliest(some, p, together), effect)
-        found = _begun_there(record, before, start, p)
-        if _gain(record, before, p, _likelier_disturbance(record, before, p)) > 0.0:
+        gain = _gain(record, before, p, _likelier_disturbance(record, before, p))
+        found = Start(start.ids, p, p, max(start.evidence, gain))
+        if gain > 0.0:
             return found
     p = max([start.origin, *alone], key=lambda one: filtered(some, one, before.disturbance).log_likelihood)
     gain = _gain(record, before, p, before.disturbance)

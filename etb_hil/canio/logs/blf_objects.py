@@ -37,7 +37,7 @@ HEADER = np.dtype(
 )  # fmt: skip
 _HEADER_BYTES = {1: 32, 2: 40}
 _TEN_MICROSECONDS, _ONE_NANOSECOND = 1, 2  # unit of the stamp, in the header's flags
-NEVER = np.iinfo(np.int64).min
+NEVER = np.iinfo(np.int64).min  # in place of a stamp that is too late
 _LATEST_NS = 9 * 10**18  # after 1970, in the year 2255: about what 64 bits hold
 
 _MESSAGE = np.dtype([("channel", "<u2"), ("flags", "u1"), ("dlc", "u1"), ("id", "<u4"), ("data", "u1", 8)])

@@ -9,8 +9,9 @@ from etb_hil.plant.effects.effect import EffectParameter, strength
 from etb_hil.plant.physics import Vector
 
 _TICK = 50e-6  # s
-# Delays and lags in s from which fits begin: from far off they end beside the true ones
-# (`python benchmarks/explain_study.py strong FIRST COUNT --effects measurement_delay`).
+# Delays and lags in s from which fits begin. From far off they end beside the true ones, and of a small delay the
+# slopes show little where other parameters stand for it
+# (`python benchmarks/explain_study.py strong FIRST COUNT --effects measurement_delay angle_delay`).
 _DELAYS = (
     *(0.0001, 0.0002, 0.0005), *(0.001 * k for k in (1, 2, 3, 4)), *(0.002 * k for k in (3, 4, 5, 6)),
     *(0.004 * k for k in (4, 5, 6, 7)),

@@ -103,7 +103,7 @@ def arrived(values: Vector, dt: float, port: Port, p: Vector) -> Vector:
 def _recursion(values: Vector, now: float, before: float, kept: float) -> Vector:
     """Return a first-order filter's output (n), from rest at the first value.
 
-    SciPy's costs a second of import.
+    SciPy has one, but only extras bring it, and its import takes a second.
     """
     found = np.empty_like(values)
     found[0] = values[0]
