@@ -30,8 +30,9 @@ def judge(unit, rate, *seeds):
 @pytest.mark.parametrize(
     ("drift", "rate"),
     [
-        *((drift, 1000) for drift in (-0.02, -0.005, -0.001, 0.001, 0.005, 0.02)),
+        *((drift, 1000) for drift in (-0.02, 0.005)),
         (-0.005, 20000),
+        *(pytest.param(drift, 1000, marks=pytest.mark.study) for drift in (-0.005, -0.001, 0.001, 0.02)),
         *(pytest.param(drift, 20000, marks=pytest.mark.study) for drift in (-0.02, -0.001, 0.001, 0.005, 0.02)),
     ],
 )

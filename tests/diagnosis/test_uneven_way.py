@@ -25,6 +25,7 @@ SHAPES = {
     "low ripple": {"bump": 0.1, "bump_angle": 0.7, "bump_width": 0.01, "bump_every": 0.0349},
     "at a stop": {"bump": 0.4, "bump_angle": 1.3, "bump_width": 0.06},
 }
+SOME = ("several", "broad dip", "rise", "fine ripple", "at a stop")  # without `-m study`
 # Among crests a window apart, what is read of one is smoothed, and which side of it is a matter of chance.
 WITHIN = {"ripple": 0.15, "fine ripple": 0.15}
 
@@ -83,7 +84,9 @@ def friction_at(unit, angle):
     return unit.stiction * (1.0 + unit.bump * np.exp(-((away / unit.bump_width) ** 2))) * (1.0 + unit.rise * angle)
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name in SOME else pytest.mark.study) for name in SHAPES]
+)
 def test_intervals_hold_what_friction_is_without_that_and_the_run_says_where(name):
     within, unit = WITHIN.get(name, 0.05), Unit(**SHAPES[name])
     result = judged(unit)
@@ -159,7 +162,7 @@ def test_one_bump_is_held_against_the_limit_with_its_interval(bump, verdict, rat
         assert " at 42.6 deg" in result.reasons[0].text
 
 
-@pytest.mark.parametrize("shape", ["ripple", "fine ripple", "low ripple"])
+@pytest.mark.parametrize("shape", [pytest.param("ripple", marks=pytest.mark.study), "fine ripple", "low ripple"])
 def test_a_ripple_is_no_noise_and_nothing_that_goes_with_speed_is_read_of_it(shape):
     result = judged(Unit(**SHAPES[shape]))
     assert "within a degree" in remark(result)

@@ -29,10 +29,9 @@ def healthy():
     "id_",
     [
         "spring_preload_shift",
-        "measurement_delay",
         *(
             pytest.param(id_, marks=pytest.mark.study)
-            for id_ in ("current_sensor_gain", "cogging_torque", "friction_temperature")
+            for id_ in ("measurement_delay", "current_sensor_gain", "cogging_torque", "friction_temperature")
         ),
     ],
 )

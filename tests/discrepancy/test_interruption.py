@@ -59,6 +59,7 @@ def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_rec
     assert "interrupted while looking for a cause" in write_explanation(found, None, tmp_path).read_text("utf-8")
 
 
+@pytest.mark.study
 @pytest.mark.usefixtures("one_search")
 def test_after_the_search_the_causes_are_kept(cogging_recording):
     answer = _interrupted_at(cogging_recording, "running the models freely")

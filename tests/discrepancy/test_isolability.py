@@ -33,7 +33,7 @@ def test_a_textbook_sweep_leaves_more_open(parts):
     assert len(designed.not_isolable) <= 10
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_another_record_never_hides_what_the_first_one_shows(records, parts):
     assert set(isolability_of(MODEL, records).hidden) <= set(parts[1].hidden)
 
@@ -65,7 +65,7 @@ def smallest(model, ids):
     return [found.smallest(number, one.unknowns()[0].high) for number, one in enumerate(asked)]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_beside_a_number_that_was_measured_a_smaller_effect_shows():
     read = MODEL.knowing([measured_parameter(MODEL.parameters["resistance"], MODEL.values.resistance, 0.002)])
     ids = "supply_sag", "current_sensor_gain"

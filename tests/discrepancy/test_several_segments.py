@@ -39,7 +39,11 @@ def _piece(whole, begin, seconds, **changed):
 
 
 @pytest.mark.parametrize(
-    ("begin", "seconds"), [(46.66, 12.0), (46.72, 3.0), (30.0, 3.0), (5.25, 3.0), (2.88, 8.0), (3.98, 12.0)]
+    ("begin", "seconds"),
+    [
+        pytest.param(46.66, 12.0, marks=pytest.mark.study),
+        *((46.72, 3.0), (30.0, 3.0), (5.25, 3.0), (2.88, 8.0), (3.98, 12.0)),
+    ],
 )
 def test_what_held_the_plate_before_a_record_is_no_cause(whole, begin, seconds):
     """On a stop, at rest and with few samples in a group: a soft stop, cogging and a dead zone had been seen there."""

@@ -17,7 +17,8 @@ OLD_MACHINE = {
 }
 
 
-@pytest.mark.parametrize("bench", ["virtual_classic", pytest.param("virtual_fd", marks=pytest.mark.study)])
+@pytest.mark.study
+@pytest.mark.parametrize("bench", ["virtual_classic", "virtual_fd"])
 def test_a_replay_on_an_old_machine_gives_the_same_bits(tmp_path, tmp_path_factory, bench):
     live = run_on(tmp_path, bench=bench, unit="faulty")
     compiled = tmp_path_factory.getbasetemp() / "compiled-for-an-old-machine"  # once for all benches

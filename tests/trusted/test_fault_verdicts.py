@@ -64,7 +64,7 @@ def test_a_hosts_clock_that_is_set_back_again_and_again_changes_nothing(tmp_path
     assert first_difference(replay(finished.session.folder)) is None
 
 
-@pytest.mark.parametrize("delay_ms", [60, 95, 105, 250])
+@pytest.mark.parametrize("delay_ms", [pytest.param(60, marks=pytest.mark.study), 95, 105, 250])
 def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, jobs, delay_ms):
     delayed = Injected(spoil=[lambda node: Late(node, 0, delay_ms * MS)])
     results = run_with(jobs["default"], tmp_path, 1, [delayed]).results
@@ -77,7 +77,10 @@ def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, 
         assert results.bench.safe_state is True
 
 
-@pytest.mark.parametrize(("start_ms", "length_ms"), [(6000, 3), (6000, 15), (7003, 40), (9500, 90)])
+@pytest.mark.parametrize(
+    ("start_ms", "length_ms"),
+    [(6000, 3), (7003, 40), *(pytest.param(*one, marks=pytest.mark.study) for one in ((6000, 15), (9500, 90)))],
+)
 def test_lost_frames_are_counted_exactly(tmp_path, jobs, start_ms, length_ms):
     dialect = jobs["default"].setup.dialect
     idents = {m.ident: m.name for m in dialect.messages if not m.commanded}
