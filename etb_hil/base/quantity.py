@@ -147,6 +147,10 @@ def parse_quantity(text: object, dimension: str) -> float:
         if match is None:
             raise ValueError(f"{_named(dimension)} is expected, for instance '1 {unit_of(dimension)}'")
         number, unit = float(match[1]), match[2] or ("1" if dimension == "ratio" else "")
+        if unit.startswith(","):  # of decimals or of thousands: which of them, nobody can tell
+            raise ValueError(
+                f"a number has no comma but a decimal point, for instance '{format_quantity(1.5, dimension)}'"
+            )
     if not math.isfinite(number):
         raise ValueError(f"a finite {dimension} is expected")
     return to_si(number, unit, dimension)

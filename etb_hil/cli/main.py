@@ -80,8 +80,8 @@ def _process() -> int:
     words = sys.argv[1:]
     try:
         code = _command(words)
-    except SystemExit as left:  # argparse's
-        code = left.code if isinstance(left.code, int) else 0
+    except SystemExit as left:  # argparse's: what was asked for is a text, and nothing was judged
+        code, words = left.code if isinstance(left.code, int) else 0, []
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # what comes while Python ends takes the place of no exit code
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

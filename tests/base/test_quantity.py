@@ -40,6 +40,12 @@ def test_what_is_no_quantity_of_the_dimension_is_refused(text, dimension):
         parse_quantity(text, dimension)
 
 
+@pytest.mark.parametrize(("text", "dimension", "said"), [("1,5 ohm", "resistance", "1.5 ohm"), ("0,3", "ratio", "1.5")])
+def test_a_comma_is_not_taken_for_a_point_nor_for_a_unit(text, dimension, said):
+    with pytest.raises(ValueError, match=f"a number has no comma but a decimal point, for instance '{said}'"):
+        parse_quantity(text, dimension)
+
+
 @given(st.sampled_from(sorted(DIMENSIONS)), st.floats(-1e6, 1e6))
 def test_what_is_written_is_read_back(dimension, value):
     assert parse_quantity(format_quantity(value, dimension, 17), dimension) == value

@@ -1,5 +1,7 @@
 """No command's exit code changes, and none ends in a traceback, where its output is lost or cannot be encoded."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import output_study
@@ -37,3 +39,11 @@ def test_a_command_ends_as_on_a_terminal(folder, name, sink, encoding):
 def test_a_screen_without_our_characters_gets_the_whole_text(folder, name):
     code, said = output_study.outcome(folder, name, "head", "ascii")
     assert output_study.is_right(name, "head", code, said), f"{code}: {said}"
+
+
+@pytest.mark.parametrize("command", ["run", "station", "new"])
+def test_a_help_that_is_lost_is_no_answer_of_any_command(command):
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        words = [sys.executable, "-m", "etb_hil", command, "--help"]
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
