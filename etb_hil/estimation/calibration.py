@@ -161,25 +161,23 @@ def best_step(
     slope = -gradient * scale
     wall = np.where(np.isfinite(reach), 1.0 / (_WALL * np.where(np.isfinite(reach), reach, 1.0)), 0.0)
     hard = np.full(len(at), _HARD)
-    limits = [(-reach, reach, wall), (low - mean, high - mean, hard), (at - farthest, at + farthest, hard)]
+    # Tolerance, bounds, and the farthest that an unknown moves at a time: a row each.
+    least, most = np.array([-reach, low - mean, at - farthest]), np.array([reach, high - mean, at + farthest])
+    stiff = np.array([wall, hard, hard]) ** 2
+
+    def beyond(x: Float64) -> Float64:
+        return np.minimum(x - least, 0.0) + np.maximum(x - most, 0.0)
 
     def cost(step: Float64) -> float:
         x = at + step
-        found = -slope @ step + 0.5 * step @ curved @ step + 0.5 * x @ x
-        for least, most, weight in limits:
-            beyond = np.maximum(least - x, 0.0) + np.maximum(x - most, 0.0)
-            found += 0.5 * float(np.sum((weight * beyond) ** 2))
-        return float(found)
+        return float(-slope @ step + 0.5 * (step @ curved @ step + x @ x + np.sum(stiff * beyond(x) ** 2)))
 
     step = np.zeros(len(at))
     first = now = cost(step)
     for _ in range(_NEWTON):
         x = at + step
-        pull, bends = -x, np.ones(len(x))
-        for least, most, weight in limits:
-            beyond = np.minimum(x - least, 0.0) + np.maximum(x - most, 0.0)
-            pull -= weight**2 * beyond
-            bends += np.where(beyond != 0.0, weight**2, 0.0)
+        away = beyond(x)
+        pull, bends = -x - np.sum(stiff * away, axis=0), 1.0 + np.sum(np.where(away != 0.0, stiff, 0.0), axis=0)
         push = slope - curved @ step + pull
         way = np.linalg.solve(curved + np.diag(bends), push)
         rises, by = float(push @ way), 1.0

@@ -18,6 +18,9 @@ from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
+# A first-order lag is as late as a delay of its size where motions are slow. So what is late by less than half of the
+# likeliest delay or lag, or by half more, is not tried; `tests/hypotheses/test_strong_delays.py` has all channels.
+_AROUND = 0.5
 _ACROSS = 0.02  # samples beyond a jump of the likelihood, so that no rounding puts a start back before it
 
 
@@ -58,7 +61,7 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
     """Return a start at strengths to which no slope leads, where it is likelier.
 
     It is likelier under the disturbances of a first fit, or else of the fit before. Combinations of strengths are tried
-    where one alone is likelier.
+    where one alone is likelier, those that are about as late.
     """
     origins = start.origin, _as_stated(start.origin, before.unknowns)
     places = [effect.indices[k] for k in effect.strengths]
@@ -73,7 +76,9 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
     found, some = start, record.thinned(STARTED, PARTS)
     p = _likeliest(some, start.parameters, alone)
     if p is not start.parameters:
-        p = _nearer(some, _likeliest(some, p, together), effect)
+        late = forces.lateness(p).sum(axis=1)
+        near = [q for q in together if np.all(abs(forces.lateness(q).sum(axis=1) - late) <= _AROUND * late)]
+        p = _nearer(some, _likeliest(some, p, near), effect)
         gain = _gain(record, before, p, _likelier_disturbance(record, before, p))
         found = Start(start.ids, p, p, max(start.evidence, gain))
         if gain > 0.0:
