@@ -8,6 +8,7 @@ from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.recording.recording import Recording
 
 
 def _interrupts(*_, **__):
@@ -138,8 +139,9 @@ def test_while_the_data_are_made_ready_it_is_said_that_nothing_was_done(cogging_
 
 
 def test_in_the_first_seconds_of_the_command_it_says_that_nothing_was_written(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr("etb_hil.api.recordings.read", _interrupts)
-    (tmp_path / "data.csv").touch()
+    # A method: a function's name, patched while others are first imported, would stay in them.
+    monkeypatch.setattr(Recording, "append", _interrupts)
+    (tmp_path / "data.csv").write_text("time_s,motor_voltage_V\n0,1\n0.001,2\n0.002,1\n", "utf-8")
     code = main(["explain", str(tmp_path / "data.csv"), "--model", "default", "--out", str(tmp_path / "there")])
     assert code == ExitCode.ABORTED
     assert "the data were being read; nothing was fitted and nothing was written" in capsys.readouterr().err
