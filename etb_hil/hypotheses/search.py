@@ -6,7 +6,7 @@ look for another cause beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +33,7 @@ from etb_hil.hypotheses.constants import (
     SEARCHED,
 )
 from etb_hil.hypotheses.linear import Start, ranked
-from etb_hil.hypotheses.prepared import prepared
+from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.starts import across_samples, beginning, from_elsewhere
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.plant.effects.effect import Effect
@@ -108,18 +108,24 @@ class Found:
 
 
 def searched(
-    whole: Record, model: Model, without: Sequence[str] = (), progress: Callable[[str], None] = lambda _: None
+    whole: Record,
+    model: Model,
+    without: Sequence[str] = (),
+    progress: Callable[[str], None] = lambda _: None,
+    ids: Sequence[str] | None = None,
 ) -> Found:
     """Return what a record needs beside a model; `without`: ids that are not tried.
 
-    Where the residual may be of the shape of a cause, another one has to explain all but little of it.
+    With `ids` only those are, and only where the model's misfit is material. Where the residual may be of the shape of
+    a cause, another one has to explain all but little of it.
     """
     made = prepared(whole.thinned(SEARCHED, PARTS), model)
     record, first = made.calibrated()
+    out, immaterial = _left_out(made, ids, without), NOTHING if ids is None else MATERIAL
     steps: list[Step] = []
     is_interrupted = False
     try:
-        for step in _steps(record, first, made.effects, without, progress):
+        for step in _steps(record, first, made.effects, out, progress, immaterial):
             steps.append(step)  # noqa: PERF402 (an interrupt keeps what was found)
     except KeyboardInterrupt:
         is_interrupted = True
@@ -134,12 +140,13 @@ def _steps(
     record: Record,
     first: Fitted,
     effects: Mapping[str, Effect],
-    without: Sequence[str],
+    without: Collection[str],
     progress: Callable[[str], None],
+    immaterial: float,
 ) -> Iterator[Step]:
     """Return one step after another, each beside the best of those before it."""
     before, steps = first, list[Step]()
-    while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else NOTHING):
+    while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else immaterial):
         progress(f"looking for a cause beside {_named(steps)}" if steps else "looking for a cause")
         is_doubted = _may_be_its_shape(steps)
         out = {*without, *_other_shapes(steps)}
@@ -160,10 +167,14 @@ def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, with
     """
     made = prepared(whole.thinned(SEARCHED, PARTS), model)
     record, before = made.calibrated()
-    known = {DRIFT, *made.effects, *(PARAMETER + one.name for one in before.unknowns)}
-    out = {id_ for id_ in known if ids is not None and id_ not in ids}
-    out |= {*without, *(entry.id for entry in model.effects)}
+    out = _left_out(made, ids, [*without, *(entry.id for entry in model.effects)])
     return stepped(record, before, made.effects, out)
+
+
+def _left_out(made: Prepared, ids: Sequence[str] | None, without: Sequence[str]) -> set[str]:
+    """Return the ids that are not tried: `without`, and all but `ids` where given."""
+    known = {DRIFT, *made.effects, *(PARAMETER + one.name for one in made.unknowns)}
+    return {*without, *(id_ for id_ in known if ids is not None and id_ not in ids)}
 
 
 def _named(steps: Sequence[Step]) -> str:

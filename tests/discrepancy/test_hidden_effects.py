@@ -3,6 +3,11 @@
 import pytest
 from explain_cases import hidden_case
 from explain_study import one_case, searched
+from synthetic import MODEL, RATE, measurement
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.plant.effects.catalogue import CATALOGUE
 
 
 @pytest.mark.slow
@@ -54,3 +59,12 @@ def test_a_wave_of_another_curve_is_no_bump():
         ("friction_position_periodic", [])
     ]
     assert findings.verdict == "explained"
+
+
+def test_a_plate_that_is_read_late_by_a_part_of_a_sample_is_named():
+    """When a bench reads the plate is free in the balances, which show nothing."""
+    p = MODEL.vector()
+    p[CATALOGUE["plate_angle_delay"].indices[0]] = 0.3 / RATE
+    findings = search(MODEL, [Balances(measurement(p, 5), MODEL)])
+    assert findings.verdict == "explained"
+    assert [(found.winner.id, found.ambiguity_group) for found in findings.accepted] == [("plate_angle_delay", [])]

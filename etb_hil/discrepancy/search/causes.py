@@ -31,6 +31,7 @@ from etb_hil.hypotheses.search import Step, searched
 from etb_hil.hypotheses.terms import DRIFT
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
 
@@ -44,16 +45,18 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
 
     `without`: ids that are not tried.
 
-    What has no cause and exceeds no balance of a healthy device is no fault of the model: the likelihood also sees what
-    a bench does between its samples.
+    What exceeds no balance of a healthy device is no fault of the model: the likelihood also sees what a bench does
+    between its samples. When a bench reads the plate is free in the balances, so that is looked for all the same.
     """
     balances = findings.balances
-    if not beyond_chance(findings.final_groups, findings.samples).any():
-        return "explained" if findings.accepted else "adequate"
+    is_as_healthy = not beyond_chance(findings.final_groups, findings.samples).any()
     made = joined([as_record(b.measured, findings.model) for b in balances])
     names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(findings.tested)
     out = [*without, *beyond_judging(balances), *map(own_name, names)]
-    found = findings.found = searched(made, findings.model, out, progress)
+    found = searched(made, findings.model, out, progress, _free_in_balances() if is_as_healthy else None)
+    if is_as_healthy and not found.causes and not found.is_interrupted:
+        return "explained" if findings.accepted else "adequate"
+    findings.found = found
     for step in found.causes:
         _accept(findings, step)
     if not found.causes:
@@ -71,6 +74,11 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     if not findings.accepted or found.verdict == "unexplained":
         return found.verdict
     return "ambiguous" if any(each.ambiguity_group for each in findings.accepted) else "explained"
+
+
+def _free_in_balances() -> list[str]:
+    """Return the effects that make the plate's reading late."""
+    return [id_ for id_, effect in CATALOGUE.items() if effect.acts_at(Port.PLATE_LATENESS)]
 
 
 def _accept(findings: Findings, step: Step) -> None:
