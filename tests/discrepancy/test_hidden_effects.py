@@ -62,7 +62,7 @@ def test_a_wave_of_another_curve_is_no_bump():
 
 
 def test_a_plate_that_is_read_late_by_a_part_of_a_sample_is_named():
-    """When a bench reads the plate is free in the balances, which show nothing."""
+    """The balances fit the instant at which a bench reads the plate, and show nothing of it."""
     p = MODEL.vector()
     p[CATALOGUE["plate_angle_delay"].indices[0]] = 0.3 / RATE
     findings = search(MODEL, [Balances(measurement(p, 5), MODEL)])

@@ -46,17 +46,18 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     `without`: ids that are not tried.
 
     What exceeds no balance of a healthy device is no fault of the model: the likelihood also sees what a bench does
-    between its samples. When a bench reads the plate is free in the balances, so that is looked for all the same.
+    between its samples. The balances fit the instant at which a bench reads the plate, so that they do not show a plate
+    that is late: effects that delay its reading are compared all the same.
     """
     balances = findings.balances
     is_as_healthy = not beyond_chance(findings.final_groups, findings.samples).any()
     made = joined([as_record(b.measured, findings.model) for b in balances])
     names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(findings.tested)
     out = [*without, *beyond_judging(balances), *map(own_name, names)]
-    found = searched(made, findings.model, out, progress, _free_in_balances() if is_as_healthy else None)
+    ids = _free_in_balances() if is_as_healthy else None
+    found = findings.found = searched(made, findings.model, out, progress, ids)
     if is_as_healthy and not found.causes and not found.is_interrupted:
         return "explained" if findings.accepted else "adequate"
-    findings.found = found
     for step in found.causes:
         _accept(findings, step)
     if not found.causes:
@@ -77,7 +78,7 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
 
 
 def _free_in_balances() -> list[str]:
-    """Return the effects that make the plate's reading late."""
+    """Return the effects that delay the plate's reading: the balances fit its instant."""
     return [id_ for id_, effect in CATALOGUE.items() if effect.acts_at(Port.PLATE_LATENESS)]
 
 
