@@ -125,7 +125,7 @@ def test_what_was_not_measured_does_not_agree(results, tmp_path):
     [
         ("{value: 1 furlong, tolerance: 1 %}", "must have a known unit"),
         ("{value: 1 N·m, tolerance: 0 %}", "above 0"),
-        ("{value: '1,5 N·m', tolerance: 0.1 N·m}", "must be a unit of torque .got ',5 N·m'"),
+        ("{value: '1,5 N·m', tolerance: 0.1 N·m}", "decimal point, for instance '1.5 N·m'"),
         ("{value: 1 N·m, tolerance: 1 V}", "must be a unit of torque .got 'V'"),
         ("{value: 1 A, tolerance: 1 %}", "is measured in N·m"),
     ],
