@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.estimation.calibration import Fitted, begun, calibrated, settled
+from etb_hil.estimation.kalman import STEP_MOTOR, STEP_PLATE
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import as_seen, unknowns_of
@@ -16,7 +17,7 @@ from etb_hil.hypotheses.terms import bench_unknowns, with_room, with_terms
 from etb_hil.plant.device_effects import effects_of
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import INDUCTANCE
+from etb_hil.plant.physics import INDUCTANCE, LIMP_HOME, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
 
@@ -53,11 +54,17 @@ def prepared(whole: Record, model: Model) -> Prepared:
 def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
     """Return a base parameter with the tolerance that a bench gives it.
 
-    A voltage that is sampled beside its changes is an inductance that is off by that time times the resistance.
+    A voltage that is sampled beside its changes is an inductance that is off by that time times the resistance. An
+    encoder's zero is known to half of its step, so that where the stops and limp-home are is, too.
     """
-    if unknown.place != INDUCTANCE:
+    if unknown.place == INDUCTANCE:
+        off = OFFSET * float(np.median(record.dt)) * model.values.resistance
+    elif unknown.place in (LIMP_HOME, STOP_LOW, STOP_HIGH):
+        motor = bool(np.isfinite(record.readings[:, 1]).any())
+        off = 0.5 * float(record.settings[STEP_MOTOR if motor else STEP_PLATE])
+    else:
         return unknown
-    reach = unknown.reach + OFFSET * float(np.median(record.dt)) * model.values.resistance
+    reach = unknown.reach + off
     return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
 
 
