@@ -17,7 +17,7 @@ def test_the_readme_has_one_test_command_that_the_gate_finds():
     assert pattern is not None
     found = [line.strip() for line in (CHECKOUT / "README.md").read_text().splitlines() if re.search(pattern[1], line)]
     install = "python3 -m venv .venv && .venv/bin/pip install -q -e '.[test]'"
-    assert found == [f"{install} && .venv/bin/python -m pytest -n 2 --dist loadfile"]
+    assert found == [f"{install} && .venv/bin/python -m pytest -n 3 --dist loadfile"]
 
 
 @pytest.mark.parametrize("name", ["run", "lowest", "nightly", "study"])

@@ -74,10 +74,10 @@ def test_a_healthy_unit_leaves_nothing():
     ("kind", "cause", "others"),
     [
         ("break-away", "stiction", ("friction_load", "presliding_hysteresis", "current_sensor_gain")),
-        ("motor", "torque_per_ampere", ("supply_sag", "preload_open", "preload_close", "inertia")),
         *(
             pytest.param(*one, marks=pytest.mark.study)
             for one in (
+                ("motor", "torque_per_ampere", ("supply_sag", "preload_open", "preload_close", "inertia")),
                 ("spring", "preload_open", ("spring_preload_shift", "supply_sag", "aerodynamic_torque")),
                 ("winding", "resistance", ("supply_sag", "hbridge_dead_time", "resistance_temperature")),
             )
