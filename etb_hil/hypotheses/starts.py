@@ -73,19 +73,18 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
             (alone if np.count_nonzero(values) == 1 else together).append(p)
     if not alone:
         return start
-    found, some = start, record.thinned(STARTED, PARTS)
-    p = _likeliest(some, start.parameters, alone)
-    if p is not start.parameters:
+    some = record.thinned(STARTED, PARTS)
+    p = first = _likeliest(some, alone[0], alone[1:])
+    if _first_likelihood(some, first) > _first_likelihood(some, start.parameters):
         late = forces.lateness(p).sum(axis=1)
         near = [q for q in together if np.all(abs(forces.lateness(q).sum(axis=1) - late) <= _AROUND * late)]
         p = _nearer(some, _likeliest(some, p, near), effect)
         gain = _gain(record, before, p, _likelier_disturbance(record, before, p))
-        found = Start(start.ids, p, p, max(start.evidence, gain))
+        start = Start(start.ids, p, p, max(start.evidence, gain))
         if gain > 0.0:
-            return found
-    p = max([start.origin, *alone], key=lambda one: filtered(some, one, before.disturbance).log_likelihood)
-    gain = _gain(record, before, p, before.disturbance)
-    return Start(start.ids, start.origin, p, max(start.evidence, gain)) if gain > 0.0 else found
+            return start
+    gain = _gain(record, before, first, before.disturbance)
+    return Start(start.ids, origins[0], first, max(start.evidence, gain)) if gain > 0.0 else start
 
 
 def across_samples(record: Record, parameters: Float64, unknown: Unknown) -> list[Float64]:
