@@ -107,6 +107,8 @@ def changed_mf4(rng, data):
 
 def _changed_packed(rng, data, first):
     """Change a packed block in place: as the links stand, it may only become shorter."""
+    if first + 24 > len(data):
+        return  # another change gave the block more links than there are
     packed = struct.unpack_from("<Q", data, first + 16)[0]
     if rng.random() < 0.3:
         struct.pack_into("<BxIQ", data, first + 2, rng.choice([0, 0, 1, 2]), number(rng, 4), number(rng, 8))
