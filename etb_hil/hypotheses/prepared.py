@@ -55,7 +55,7 @@ def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
     """Return a base parameter with the tolerance that a bench gives it.
 
     A voltage that is sampled beside its changes is an inductance that is off by that time times the resistance. An
-    encoder's zero is known to half of its step, so that where the stops and limp-home are is, too.
+    encoder's zero is known to half of its step, and the positions of stops and limp-home are counted from it.
     """
     if unknown.place == INDUCTANCE:
         off = OFFSET * float(np.median(record.dt)) * model.values.resistance

@@ -1,4 +1,4 @@
-"""What a bench leaves unknown of a unit, beside the tolerances of its model file."""
+"""What a bench makes uncertain of a unit, beside the tolerances of its model file."""
 
 from dataclasses import replace
 
@@ -19,9 +19,9 @@ def test_where_the_stops_are_is_known_to_half_of_the_encoders_step(counts):
     model = replace(MODEL, sensors=MODEL.sensors.model_copy(update={"motor_counts_per_turn": counts}))
     made = prepared(record(TIME, 0.0 * TIME, model, motor=TIME, plate=TIME), model)
     half = np.pi / counts / model.values.gear_ratio
-    for one in made.unknowns:
-        if one.name in ("stop_low", "stop_high", "limp_home"):
-            assert one.reach == pytest.approx(model.tolerance(one.name) + half)
+    reaches = {one.name: one.reach for one in made.unknowns}
+    for name in ("stop_low", "stop_high", "limp_home"):
+        assert reaches[name] == pytest.approx(model.tolerance(name) + half)
 
 
 def test_without_an_encoder_it_is_the_plates_sensors_step():
