@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from etb_hil.page.session_files import LOW_PRIORITY
+LAST_OF_ALL = ("nice", "-n", "19")  # minutes of computing beside the bench
 
 
 @dataclass(slots=True)
@@ -52,7 +52,7 @@ class Explaining:
     async def _follow(self, session: Path) -> None:
         pipe, quiet = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
         self._process = process = await asyncio.create_subprocess_exec(
-            *LOW_PRIORITY, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
+            *LAST_OF_ALL, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
             stdin=quiet, stdout=pipe, stderr=quiet,
         )  # fmt: skip
         assert process.stdout is not None  # noqa: S101 (it is piped)

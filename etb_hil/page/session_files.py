@@ -18,7 +18,7 @@ EXPLANATION = "explanation"  # the folder of a session's explanation, in the ses
 EXPLANATION_PAGE = "explanation.html"
 MADE = ("csv", "mf4")
 MOST_KEPT = 8  # exported files
-LOW_PRIORITY = ("nice", "-n", "19")  # whatever computes beside the bench gives way to it
+GIVES_WAY = ("nice",)  # to the bench; not to whatever else the machine does, since somebody waits for the file
 _RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
 
 
@@ -70,7 +70,7 @@ class SessionFiles:
                 return path
             for old in sorted(self._exported.iterdir(), key=lambda one: one.stat().st_mtime)[: 1 - MOST_KEPT]:
                 old.unlink()
-            command = [*LOW_PRIORITY, sys.executable, "-P", "-m", "etb_hil", "export", str(folder), str(path)]
+            command = [*GIVES_WAY, sys.executable, "-P", "-m", "etb_hil", "export", str(folder), str(path)]
             quiet = asyncio.subprocess.DEVNULL
             process = await asyncio.create_subprocess_exec(*command, stdin=quiet, stdout=quiet, stderr=quiet)
             if await process.wait():

@@ -181,9 +181,12 @@ def keep_pictures(driver, name, element=None):
         resize(driver, SIZES[0])
 
 
-def until(condition, seconds=60.0):
+PATIENCE_S = 600.0  # nothing here takes as long: what waits longer hangs, however busy the machine is
+
+
+def until(condition):
     """Wait until a condition holds, and return what it gave."""
-    end = time.monotonic() + seconds
+    end = time.monotonic() + PATIENCE_S
     while not (found := condition()):
         assert time.monotonic() < end, "it never came to this"
         time.sleep(0.05)

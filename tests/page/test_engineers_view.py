@@ -72,10 +72,7 @@ class View:
     def run(self, serial, unit):
         self.start(serial, unit)
         body = self.browser.find_element(By.TAG_NAME, "body")
-        until(
-            lambda: body.get_attribute("data-run") == str(self.runs) and body.get_attribute("data-status") == "done",
-            300,
-        )
+        until(lambda: body.get_attribute("data-run") == str(self.runs) and body.get_attribute("data-status") == "done")
 
     def get(self, path):
         cookie = "; ".join(f"{one['name']}={one['value']}" for one in self.browser.get_cookies())
@@ -111,10 +108,10 @@ def test_the_page_tells_the_units_trouble_codes_beside_what_was_measured(view):
 
 def test_a_strange_question_is_shown_as_it_is_written(view):
     view.start("AS 1", "default")
-    until(lambda: view.text("prompt_text") == STRANGE, 120)
+    until(lambda: view.text("prompt_text") == STRANGE)
     assert view.is_untouched()
     view.browser.find_element(By.TAG_NAME, "body").send_keys(Keys.ESCAPE)
-    until(lambda: view.text("headline") == "ABORTED", 120)
+    until(lambda: view.text("headline") == "ABORTED")
 
 
 def test_two_runs_are_compared_step_by_step(view):
@@ -138,7 +135,7 @@ def test_signals_are_switched_zoomed_and_read_at_two_cursors(view):
     def plots():
         return [one.get_attribute("data-signal") for one in view.find("plots").find_elements(By.TAG_NAME, "canvas")]
 
-    until(lambda: plots() == ["command_position", "motor_current", "throttle_angle"], 120)
+    until(lambda: plots() == ["command_position", "motor_current", "throttle_angle"])
     box = view.find("switches").find_element(By.CSS_SELECTOR, "input[value=supply_voltage]")
     box.send_keys(Keys.SPACE)
     assert "supply_voltage" in plots()
@@ -148,7 +145,7 @@ def test_signals_are_switched_zoomed_and_read_at_two_cursors(view):
     view.find("zoom_in").click()
     assert [float(view.find(name).get_attribute("value")) for name in ("from", "to")] == [5.25, 5.75]
     shown = until(
-        lambda: [one for one in view.rows("cursors") if "upply voltage" in one and "(A)" in one], 120
+        lambda: [one for one in view.rows("cursors") if "upply voltage" in one and "(A)" in one]
     )  # B is there
     assert shown[0].endswith("13.5 V 13.5 V 0 V")
     keep_pictures(view.browser, "21_engineer")
@@ -217,11 +214,11 @@ def test_more_tabs_than_a_browser_has_connections_show_the_same_and_the_last_one
     view.start("AS 3", "default")
     for handle in view.browser.window_handles:
         view.browser.switch_to.window(handle)
-        until(lambda: view.text("prompt_text") == STRANGE, 120)
+        until(lambda: view.text("prompt_text") == STRANGE)
     view.find("stop").click()
     for handle in view.browser.window_handles:
         view.browser.switch_to.window(handle)
-        until(lambda: view.text("headline") == "ABORTED", 120)
+        until(lambda: view.text("headline") == "ABORTED")
         if handle != first:
             view.browser.close()
     view.browser.switch_to.window(first)
