@@ -8,6 +8,7 @@ healthy records show false causes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -56,6 +57,18 @@ class Unknown:
         if self.tied >= 0:
             parameters[self.tied] *= value / parameters[self.place]
         parameters[self.place] = value
+
+
+def as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
+    """Return parameters with the base model's as they are stated.
+
+    A fit may have hidden a cause in them.
+    """
+    found = parameters.copy()
+    for one in unknowns:
+        if one.effect is None and np.isfinite(one.reach):
+            one.put(found, one.mean)
+    return found
 
 
 def base_unknowns(model: Model) -> list[Unknown]:

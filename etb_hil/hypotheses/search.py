@@ -14,6 +14,7 @@ import numpy as np
 from etb_hil.estimation.calibration import Fitted, begun, climbed, settled
 from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
+from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, candidates
 from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit, unknowns_with
 from etb_hil.hypotheses.constants import (
@@ -34,7 +35,7 @@ from etb_hil.hypotheses.constants import (
 )
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.prepared import Prepared, prepared
-from etb_hil.hypotheses.starts import across_samples, beginning, from_elsewhere
+from etb_hil.hypotheses.starts import across_a_ridge, across_samples, beginning, from_elsewhere
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import EXTENDED
@@ -316,12 +317,24 @@ def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) ->
         while best.posterior > reached + GAIN and misfit(best) > NOTHING:
             reached = best.posterior
             for p in across_samples(record, best.parameters, one):
-                # All else first, which would take the reading back across.
-                others = [each for each in best.unknowns if each is not one]
-                there = climbed(record, begun(record, p, others, best.disturbance))
-                found = settled(record, begun(record, there.parameters, best.unknowns, there.disturbance), aim)
-                best = max(best, found, key=lambda each: each.posterior)
+                best = _others_first(record, best, one, p, aim)
+            for p in across_a_ridge(best, one) if stated.is_strength else ():
+                best = _others_first(record, best, one, p, max(aim, best.posterior), least=best.posterior)
     return best
+
+
+def _others_first(
+    record: Record, best: Fitted, one: Unknown, parameters: Float64, aim: float, least: float = -np.inf
+) -> Fitted:
+    """Return a fit, or a likelier one from where one unknown is held at first.
+
+    Else all others would take it back. The fit ends there where it is not likelier than `least`.
+    """
+    others = [each for each in best.unknowns if each is not one]
+    fit = climbed(record, begun(record, parameters, others, best.disturbance), aim=least)
+    if fit.posterior > least:
+        fit = settled(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim)
+    return max(best, fit, key=lambda each: each.posterior)
 
 
 def _hopeful(before: Fitted, tried: Sequence[tuple[tuple[str, ...], Fitted]]) -> list[tuple[tuple[str, ...], Fitted]]:

@@ -8,10 +8,10 @@ from itertools import product
 import numpy as np
 
 from etb_hil.estimation import forces
-from etb_hil.estimation.calibration import Fitted, first_disturbance
+from etb_hil.estimation.calibration import Fitted, first_disturbance, over
 from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.record import Record
-from etb_hil.estimation.unknown import Unknown
+from etb_hil.estimation.unknown import Unknown, as_stated
 from etb_hil.hypotheses.constants import GIVES_WAY, HALVINGS, LEAST_STEP, PARAMETER, PARTS, STARTED
 from etb_hil.hypotheses.linear import Start
 from etb_hil.plant.effects.effect import Effect
@@ -63,7 +63,7 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
     It is likelier under the disturbances of a first fit, or else of the fit before. Combinations of strengths are tried
     where one alone is likelier, those that are about as late.
     """
-    origins = start.origin, _as_stated(start.origin, before.unknowns)
+    origins = start.origin, as_stated(start.origin, before.unknowns)
     places = [effect.indices[k] for k in effect.strengths]
     alone, together = list[Float64](), list[Float64]()
     for values in product(*((0.0, *effect.parameters[k].elsewhere) for k in effect.strengths)):
@@ -108,15 +108,20 @@ def across_samples(record: Record, parameters: Float64, unknown: Unknown) -> lis
     return found
 
 
-def _as_stated(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
-    """Return parameters with the base model's as they are stated.
+def across_a_ridge(fit: Fitted, unknown: Unknown) -> list[Float64]:
+    """Return parameters with half and with twice a strength.
 
-    A calibration may have hidden the cause in them.
+    There are none where base parameters are within their tolerances. Beyond them, they may stand for another strength:
+    the fit ends on a ridge.
     """
-    found = parameters.copy()
-    for one in unknowns:
-        if one.effect is None and np.isfinite(one.reach):
-            one.put(found, one.mean)
+    if not over(fit.parameters, fit.unknowns).any():
+        return []
+    found = []
+    for times in (0.5, 2.0):
+        value = float(np.clip(times * fit.parameters[unknown.place], unknown.low, unknown.high))
+        if value != fit.parameters[unknown.place]:
+            found.append(fit.parameters.copy())
+            found[-1][unknown.place] = value
     return found
 
 

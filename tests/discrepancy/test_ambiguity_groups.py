@@ -76,10 +76,11 @@ def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, ot
 
 
 @pytest.mark.study
-def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
+@pytest.mark.parametrize("view", ["coarse_encoder", "encoder_only"])
+def test_a_current_that_reads_wrong_is_not_taken_for_another_fault_alone(view):
     """All torques off by one factor, most of them inside their tolerances: what is left is the inertia's part of it."""
-    (found,) = searched(hidden_case(212013, ("current_sensor_gain",), view="coarse_encoder")).accepted
-    assert {found.winner.id, *found.ambiguity_group} == {"parameter:motor_inertia", "current_sensor_gain"}
+    (found,) = searched(hidden_case(212013, ("current_sensor_gain",), view=view)).accepted
+    assert {found.winner.id, *found.ambiguity_group} > {"parameter:motor_inertia", "current_sensor_gain"}
 
 
 @pytest.mark.study

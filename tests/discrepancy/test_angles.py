@@ -5,7 +5,7 @@ import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.errors import InputError
-from etb_hil.discrepancy.measured.angles import Angles, grid_of
+from etb_hil.discrepancy.measured.angles import Angles, between_steps, grid_of
 from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.recording.recording import ClockGrade, Recording
@@ -48,6 +48,15 @@ def test_an_encoder_alone_tells_it_however_coarse(counts):
     found = Angles.of({"motor_angle": _encoder(counts)}, MODEL)
     assert found.noise == pytest.approx(2.0 * np.pi / counts / GEAR / np.sqrt(12.0))
     assert not found.is_plates
+
+
+def test_between_the_steps_of_a_coarse_encoder_the_angle_is_nearly_what_it_was():
+    motion = 0.6 + 0.5 * np.sin(np.linspace(0.0, 3.0, 4001))
+    coarse = _encoder(64, motion) / GEAR
+    step, middle = 2.0 * np.pi / 64 / GEAR, slice(100, 1900)
+    away = (between_steps(coarse) - motion)[middle] + 0.5 * step  # the encoder rounds down
+    assert np.abs(away).max() < 0.1 * step < 0.5 * np.abs(coarse - motion)[middle].max()
+    assert between_steps(motion) is motion
 
 
 def test_a_signal_that_never_moves_by_one_step_shows_it_all_the_same():

@@ -67,6 +67,15 @@ def test_without_a_sensor_effects_say_what_is_missing(healthy, missing, effect, 
     assert beyond_judging([Balances(replace(measured, **missing), MODEL)])[effect] == says
 
 
+def test_a_coarse_encoder_is_a_second_angle_beside_the_plates_sensor(healthy):
+    measured = healthy.balances[0].measured
+    plates = replace(measured, angle=measured.plate, plate=None, is_plates=True)
+    assert beyond_judging([Balances(replace(plates, encoder=measured.angle), MODEL)]) == {}
+    alone = beyond_judging([Balances(plates, MODEL)])
+    assert alone["angle_delay"] == "no motor angle"
+    assert alone["sensor_hysteresis"] == "no second angle"
+
+
 def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
     findings = search(MODEL, [Balances(measurement(MODEL.vector(), 5, textbook(6.0)), MODEL)])
     limits = plain(detection_limits(findings))

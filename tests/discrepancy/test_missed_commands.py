@@ -20,9 +20,9 @@ from etb_hil.plant.effects.layout import row
 from etb_hil.plant.parameters import load_model
 
 
-def _measured(hertz, seed=214300, effects=(), **changed):
+def _measured(hertz, seed=214300, effects=(), view="full", **changed):
     """The record of a unit of the generator, whose controller commands a thousand times a second."""
-    hidden = hidden_case(seed, effects, rate=hertz, seconds=20.0)
+    hidden = hidden_case(seed, effects, rate=hertz, seconds=20.0, view=view)
     (measured,) = measurements_of(hidden.recording, hidden.model)
     return replace(measured, **changed), hidden.model
 
@@ -31,6 +31,11 @@ def _measured(hertz, seed=214300, effects=(), **changed):
 @pytest.mark.parametrize(("rate", "misses"), [(2000, False), (1000, False), (500, True), (250, True)])
 def test_samples_that_come_more_seldom_than_commands_miss_some(rate, misses, seed):
     assert may_miss_commands(*_measured(rate, seed)) is misses
+
+
+@pytest.mark.parametrize(("rate", "misses"), [(2000, False), (1000, False), (500, True)])
+def test_a_step_of_a_coarse_encoder_is_no_command(rate, misses):
+    assert may_miss_commands(*_measured(rate, view="encoder_only")) is misses
 
 
 @pytest.mark.parametrize("hertz", [500, 250])

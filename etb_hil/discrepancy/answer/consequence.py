@@ -50,6 +50,8 @@ def _judged(balances: list[Balances], model: Model, limits: Limits) -> Diagnosis
         m = b.measured
         time_ns = np.round((m.start_s + np.arange(len(m)) * m.dt) * 1e9).astype(np.int64)
         motor, plate = m.motor_and_plate
+        if motor is None:  # the plate's angle stands for it
+            motor, plate = m.angle, None
         columns = {"motor_voltage": m.voltage, "motor_angle": motor * b.gear, "temperature": m.temperature}
         if m.current is not None:
             columns["motor_current"] = m.current

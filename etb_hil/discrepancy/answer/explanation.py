@@ -12,9 +12,10 @@ from etb_hil.discrepancy.answer.detection_limits import detection_limits
 from etb_hil.discrepancy.answer.holdout import Holdout
 from etb_hil.discrepancy.answer.instability import unstable_range
 from etb_hil.discrepancy.answer.quality import data_quality
+from etb_hil.discrepancy.answer.sizes import sizes
 from etb_hil.discrepancy.candidates.nonparametric import in_their_own_balances
 from etb_hil.discrepancy.fitting.free_run import CURRENT_ROLE, POSITION, SEGMENT_S
-from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
+from etb_hil.discrepancy.fitting.intervals import Estimate
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
 from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
 from etb_hil.discrepancy.measured.regimes import REGIMES
@@ -41,10 +42,10 @@ _BALANCES = ("torque", "voltage", "angle")
 def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResult:
     """Return the whole answer; `holdout` is None if no simulation could be run."""
     in_model = findings.final.fit.whole if holdout is None else holdout.best
-    numbers = estimates(findings.final, findings.balances, findings.final_noise_floor)
+    numbers = sizes(findings)
     found = ExplanationResult(
         verdict=findings.verdict,
-        causes=causes(findings, in_model),
+        causes=causes(findings, in_model, numbers),
         measured=bench_numbers(findings.model),
         candidates=_candidates(findings),
         unexplained=_unexplained(findings),
@@ -123,13 +124,16 @@ def _model_file(holdout: Holdout | None) -> ModelFile:
     return ModelFile("balances", "the model file holds the values that are given with intervals")
 
 
-def causes(findings: Findings, in_model: Vector | None = None) -> tuple[Cause, ...]:
+def causes(
+    findings: Findings, in_model: Vector | None = None, numbers: Sequence[Estimate] | None = None
+) -> tuple[Cause, ...]:
     """Return the accepted causes, most probable first.
 
-    `in_model`: the whole vector that the model file holds, if it is not the balances' one.
+    `in_model`: the whole vector that the model file holds, if it is not the balances' one. `numbers`: the sizes, if
+    they are known by now.
     """
     whole = findings.final.fit.whole if in_model is None else in_model
-    numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_noise_floor)}
+    by_place = {e.place: e for e in (numbers or sizes(findings))}
     found = []
     for each, share in zip(findings.accepted, shares([each.gain for each in findings.accepted]), strict=True):
         winner = each.winner
@@ -138,8 +142,8 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[Cause, .
                 id=winner.id,
                 probability=_probability(each, winner.id, is_cause=True),
                 not_isolable_from=tuple(each.ambiguity_group),
-                parameters=_parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
-                finer_in_model=_finer(each, numbers, whole),
+                parameters=_parameters(each, by_place, whole, is_linear=findings.balances[0].measured.is_linear),
+                finer_in_model=_finer(each, by_place, whole),
                 share_of_error=share,
                 held_out_t=each.t,
                 component=_component([winner.id, *each.ambiguity_group]),

@@ -73,12 +73,13 @@ def file_name(id_: str) -> str:
 def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
     """Return the effects that these data cannot show, by id, with what they lack."""
     is_drive = any(b.measured.is_drive for b in balances)
+    angles = [b.measured.motor_and_plate for b in balances]
     lacks = {  # of two needs of one effect the later one is said
-        Need.PLATE_ANGLE: (not all(b.has[2] for b in balances), "no second angle"),
+        Need.PLATE_ANGLE: (any(one is None for pair in angles for one in pair), "no second angle"),
         Need.CURRENT: (not all(b.has[1] for b in balances), "driven in force or torque" if is_drive else "no current"),
         Need.OPEN_BRIDGE: (is_drive, "the bridge of a drive is never open"),
         Need.THROTTLE: (is_drive, "not part of a drive"),
-        Need.MOTOR_ANGLE: (any(b.measured.is_plates for b in balances), "no motor angle for the motion"),
+        Need.MOTOR_ANGLE: (any(motor is None for motor, _ in angles), "no motor angle"),
         Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
     }
     return {

@@ -31,7 +31,7 @@ _OF_BLOCKS = float(student(_BLOCKS - 1))
 _RIDGE = 1e-3
 _STATED = 3.0  # one over the variance of what may be anywhere within a tolerance
 _ALONE = 0.99  # of what is known in a direction; a block that has more of it leaves the others nothing to say
-_TELLS = 0.95  # of an effect's bounds: what an interval has to be narrower than, before they cut it, to tell anything
+TELLS = 0.95  # of an effect's bounds: what an interval has to be narrower than, before they cut it, to tell anything
 _PLACES = (LIMP_HOME, STOP_LOW, STOP_HIGH)  # known to no less than an encoder's count: who says where in it zero is
 
 
@@ -96,7 +96,7 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floo
         is_identifiable = True
         if _is_of_effect(unknown):
             bottom, top = (unknown.centre + scale * end for end in (unknown.low, unknown.high))
-            is_identifiable = bool(unknown.is_known or high - low < _TELLS * (top - bottom))
+            is_identifiable = bool(unknown.is_known or high - low < TELLS * (top - bottom))
             low, high = max(low, min(bottom, value)), min(high, max(top, value))
         found.append(Estimate(unknown.name, unknown.place, value, low, high, bool(bound[k]), is_identifiable))
     return found

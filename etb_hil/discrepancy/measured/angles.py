@@ -78,5 +78,17 @@ def grid_of(values: Float64) -> float:
     return least * float(np.diff(few).min())  # twelve and thirteen counts at a time
 
 
+def between_steps(angle: Float64) -> Float64:
+    """Return an angle (n, rad) with straight lines between the steps of its sensor.
+
+    A sensor passes the middle of a step between the two samples that differ. Unquantised: as it is.
+    """
+    if not grid_of(angle):
+        return angle
+    before = np.flatnonzero(np.diff(angle))
+    middles = 0.5 * (angle[before] + angle[before + 1])
+    return np.interp(np.arange(len(angle)), before + 0.5, middles)
+
+
 def _plates(plate: Float64, noise: float, why: str, encoder: Float64 | None = None) -> Angles:
     return Angles(plate, noise, None, (f"{why}: {_STANDS_FOR_IT}",), is_plates=True, encoder=encoder)

@@ -28,9 +28,7 @@ def as_record(measured: Measurement, model: Model) -> Record:
         made = record(time, measured.voltage, model, motor=_read(measured.angle, bad), unsure=unsure)
         made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2
         return made
-    is_alone = measured.is_plates and measured.encoder is None
-    angles = (None, measured.angle) if is_alone else measured.motor_and_plate
-    current, motor, plate = (_read(one, bad) for one in (measured.current, *angles))
+    current, motor, plate = (_read(one, bad) for one in (measured.current, *measured.motor_and_plate))
     # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
     unsure = np.where(open_bridge(measured) | bad, model.values.voltage_limit**2, 0.0)
     return record(

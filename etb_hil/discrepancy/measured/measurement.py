@@ -50,9 +50,9 @@ class Measurement:
         return len(self.angle)
 
     @property
-    def motor_and_plate(self) -> tuple[Float64, Float64 | None]:
-        """The motor's angle (n) and the plate's; a single one comes first."""
-        return (self.angle, self.plate) if self.encoder is None else (self.encoder, self.angle)
+    def motor_and_plate(self) -> tuple[Float64 | None, Float64 | None]:
+        """The motor's angle (n) and the plate's, None where it was not read."""
+        return (self.encoder, self.angle) if self.is_plates else (self.angle, self.plate)
 
     @property
     def lateness_of_angle(self) -> Port:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from etb_hil.discrepancy.measured.angles import between_steps
 from etb_hil.discrepancy.measured.bridge_opening import without_diodes
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import commanded, open_bridge
@@ -43,7 +44,8 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     if len(ends) < _FEWEST:
         return False
     voltage, jump = _means(m.voltage, begins, ends), m.voltage[ends] - m.voltage[ends - 1]
-    began, ended, way = current[begins], current[ends], m.angle[ends] - m.angle[begins]
+    angle = between_steps(m.angle)  # a step of a coarse encoder in one sample is no travel
+    began, ended, way = current[begins], current[ends], angle[ends] - angle[begins]
     # What takes a voltage by the current between a command and the winding: brushes and dead time, a supply that sags;
     # and a current's sensor whose scale bends.
     taken = [*(np.tanh(began / knee) for knee in _KNEES), voltage * np.abs(began), voltage**2 * began, began**2]

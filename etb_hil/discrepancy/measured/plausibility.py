@@ -91,7 +91,7 @@ def _must_be_of_housing(m: Measurement) -> None:
 def _must_move_together(m: Measurement, model: Model) -> None:
     """Refuse angles of motor and plate that are not the same motion through the gear."""
     motor, plate = m.motor_and_plate
-    if plate is None:
+    if motor is None or plate is None:
         return
     motor, plate = motor[m.is_good], plate[m.is_good]
     far = float(np.std(motor)), float(np.std(plate))
