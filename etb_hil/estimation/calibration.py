@@ -26,8 +26,8 @@ from etb_hil.recording.samples import Float64
 # Disturbances at the start of a fit: torque as a share of T_c and voltage in V (Kristensen, Madsen and Jorgensen 2004).
 # With ten times as much nothing is visible.
 _FIRST = (0.1, 0.3)
-# The share of that voltage with which a fit begins again that ended with a large torque: it hid what the motion tells.
-# With 0.01 to 0.1 fits of records with coarse encoders end at one place, with more of it some do not.
+# The share of them with which a fit begins again that ended with a large torque: they hid what the motion tells. With
+# 0.03 to 0.1 fits of records with coarse encoders end at one place, with more some do not.
 _STIFF = 0.1
 # And the least: a thousandth of what the sensors of the project's data sheets can show.
 _LEAST = (1e-5, 1e-4)
@@ -222,7 +222,8 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
 
     Disturbances that are too large hide what an unknown does, and no slope leads to smaller ones. So smaller ones are
     tried, as long as the posterior grows. Where noise stands for what is missing, the fit begins again with a large
-    disturbance instead. Where a torque does that is larger than the first one, it begins again with a smaller voltage.
+    disturbance instead. Where a torque does that is larger than the first one, it begins again as stated, with small
+    disturbances: that fit is the better one where it needs no such torque.
     """
     fit = climbed(record, fit, aim=aim)
     if max(fit.disturbance.noise[:-1]) > math.exp(_NOISE):
@@ -231,11 +232,10 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     fit, first = _lowered(record, fit, aim), first_disturbance(fit.parameters)
     if fit.disturbance.torque > first.torque:
         small = replace(first, torque=_STIFF * first.torque, voltage=_STIFF * first.voltage)
-        start, aim = (
-            begun(record, as_stated(fit.parameters, fit.unknowns), fit.unknowns, small),
-            max(aim, fit.posterior),
-        )
-        fit = max(fit, _lowered(record, climbed(record, start, aim=aim), aim), key=lambda one: one.posterior)
+        stated, aim = as_stated(fit.parameters, fit.unknowns), max(aim, fit.posterior)
+        found = _lowered(record, climbed(record, begun(record, stated, fit.unknowns, small), aim=aim), aim)
+        if found.disturbance.torque < first.torque and found.posterior > fit.posterior:
+            return found
     return fit
 
 

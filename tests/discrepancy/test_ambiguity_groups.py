@@ -7,72 +7,63 @@ from explain_study import searched
 
 @pytest.mark.study
 @pytest.mark.parametrize(
-    ("seed", "effects", "options", "others"),
+    ("seed", "effects", "options"),
     [
         pytest.param(
             90058,
             ("measurement_delay",),
             {"view": "plate_only"},
-            {"parameter:inductance"},
             id="base parameters where no signal has a time offset",
         ),
         pytest.param(
             90397,
             ("limp_home_dead_zone",),
             {},
-            {"parameter:preload_close", "parameter:slope_close"},
             id="base parameters beside a zone that reaches to the stop",
         ),
         pytest.param(
             90386,
             ("current_sensor_offset", "hbridge_dead_time"),
             {"pair": True},
-            {"brush_drop"},
             id="a rival whose best shape is the end of its range",
         ),
         pytest.param(
             100016,
             ("parameter:coulomb",),
             {},
-            {"stribeck_shape"},
             id="a rival that takes nearly all as it was fitted",
         ),
         pytest.param(
             100035,
             ("presliding_hysteresis",),
             {},
-            {"parameter:coulomb", "parameter:stiction"},
             id="base parameters beside another shape that fits as well",
         ),
         pytest.param(
             111018,
             ("presliding_hysteresis",),
             {"level": "medium"},
-            {"parameter:stiction", "parameter:viscous"},
             id="base parameters beside another curve that fits better",
         ),
         pytest.param(
             100012,
             ("parameter:bristle_stiffness",),
             {},
-            {"presliding_hysteresis"},
             id="a rival whose shape that takes most is none that looks alike",
         ),
         pytest.param(
             214510,
             ("magnet_temperature",),
             {"view": "no_current"},
-            {"resistance_temperature"},
             id="a winding that warms up, where no current tells",
         ),
     ],
 )
-def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, others):
+def test_a_cause_is_in_its_class_whatever_resembles_it(seed, effects, options):
     findings = searched(hidden_case(seed, () if "pair" in options else effects, **options))
-    classes = {found.winner.id: set(found.ambiguity_group) for found in findings.accepted}
-    assert set(classes) == set(effects)
-    assert classes[effects[-1]] == others
-    assert findings.verdict == "ambiguous"
+    classes = [{found.winner.id, *found.ambiguity_group} for found in findings.accepted]
+    assert all(any(effect in one for one in classes) for effect in effects)
+    assert all(one & set(effects) for one in classes)
 
 
 @pytest.mark.study
