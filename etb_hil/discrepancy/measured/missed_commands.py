@@ -44,7 +44,7 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     if len(ends) < _FEWEST:
         return False
     voltage, jump = _means(m.voltage, begins, ends), m.voltage[ends] - m.voltage[ends - 1]
-    angle = between_steps(m.angle)  # a step of a coarse encoder in one sample is no travel
+    angle = between_steps(m.angle)  # within one sample a step of a coarse encoder tells little of travel
     began, ended, way = current[begins], current[ends], angle[ends] - angle[begins]
     # What takes a voltage by the current between a command and the winding: brushes and dead time, a supply that sags;
     # and a current's sensor whose scale bends.
