@@ -26,9 +26,10 @@ from etb_hil.recording.samples import Float64
 # Disturbances at the start of a fit: torque as a share of T_c and voltage in V (Kristensen, Madsen and Jorgensen 2004).
 # With ten times as much nothing is visible.
 _FIRST = (0.1, 0.3)
-# The share of them with which a fit begins again that ended with a large torque: they hid what the motion tells. With
-# 0.03 to 0.1 fits of records with coarse encoders end at one place, with more some do not.
-_STIFF = 0.1
+# The share of them with which a fit begins again that ended with a large torque: they hid what the motion tells. With a
+# share of 0.03 to 0.3 of the torque two records with coarse encoders ended at one place, with all of it one did not.
+# `tests/hypotheses/test_coarse_encoders.py` checks it.
+_BEGUN_AGAIN = 0.1
 # And the least: a thousandth of what the sensors of the project's data sheets can show.
 _LEAST = (1e-5, 1e-4)
 # Steps of scoring with damping (Levenberg 1944, Marquardt 1963): most of a fit, and gain in nats that ends it.
@@ -231,7 +232,7 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
         fit = max(fit, climbed(record, start, aim=max(aim, fit.posterior)), key=lambda one: one.posterior)
     fit, first = _lowered(record, fit, aim), first_disturbance(fit.parameters)
     if fit.disturbance.torque > first.torque:
-        small = replace(first, torque=_STIFF * first.torque, voltage=_STIFF * first.voltage)
+        small = replace(first, torque=_BEGUN_AGAIN * first.torque, voltage=_BEGUN_AGAIN * first.voltage)
         stated, aim = as_stated(fit.parameters, fit.unknowns), max(aim, fit.posterior)
         found = _lowered(record, climbed(record, begun(record, stated, fit.unknowns, small), aim=aim), aim)
         if found.disturbance.torque < first.torque and found.posterior > fit.posterior:
