@@ -102,10 +102,10 @@ class Smoothed:
 class Column:
     """What sensitivities are asked of.
 
-    A parameter of the vector, an effect's strength, or a unit in one channel.
+    A parameter of the vector, an effect's strength, a term of the record, or a unit in one channel.
 
     `place` of the parameter; an effect's moves by `step`, from `parameters` where they are given; -1 for a unit in a
-    channel (`forces.BRAKING` ...). `effect`: it belongs to. `shape` (n): what its force is multiplied by, None for 1.
+    channel (`forces.BRAKING` ...). `effect`: it belongs to. `term`: the number of the record's term, -1 for none.
     `tied`: the place of a base parameter that moves along in proportion, -1 for none.
     """
 
@@ -115,7 +115,7 @@ class Column:
     effect: Effect | None = None
     channel: int = -1
     parameters: Float64 | None = field(default=None, repr=False)
-    shape: Float64 | None = field(default=None, repr=False)
+    term: int = -1
     tied: int = -1
 
 
@@ -256,8 +256,8 @@ def sensitivities(
     width, count = len(at.parameters), len(base) + len(moving)
     places, tied = np.array([(columns[k].place, columns[k].tied) for k in base], np.int64).reshape(len(base), 2).T
     away = np.array([_moved(at.parameters, one) for one in moving]).reshape(len(moving), width)
-    shapes, modulations = _shapes([one.shape for one in moving], len(record))
-    effects = np.array([*(index for _, index in used), *(_index(columns[k]) for k in rest)], np.int64)
+    shapes, modulations = _shapes(record, moving)
+    effects = np.array([*(index for _, index in used), *(_index(record, columns[k]) for k in rest)], np.int64)
     kinds = np.array([*(1 for _ in used), *(_kind(columns[k], at) for k in rest)], np.int64)
     numbers = [*(-1 for _ in used), *(0 if groups is None else groups[k] for k in rest)]
     ends = [len(moving) if one < 0 else len(moving) - numbers[::-1].index(one) for one in numbers]
@@ -301,7 +301,9 @@ def _moved(parameters: Float64, column: Column) -> Float64:
     return found
 
 
-def _index(column: Column) -> int:
+def _index(record: Record, column: Column) -> int:
+    if column.term >= 0:
+        return -1 - record.terms[column.term].channel
     return -1 - column.channel if column.effect is None else forces.index_of(column.effect)
 
 
@@ -310,11 +312,12 @@ def _kind(column: Column, at: Filtered) -> int:
     return int(column.effect is not None and forces.index_of(column.effect) in at.active)
 
 
-def _shapes(shapes: Sequence[Float64 | None], n: int) -> tuple[Int64, Float64]:
+def _shapes(record: Record, columns: Sequence[Column]) -> tuple[Int64, Float64]:
     """Return each column's row of the modulations, and those (m, n).
 
     The row is -1 where there is none.
     """
-    given = np.array([shape is not None for shape in shapes], bool)
+    given = np.array([one.term >= 0 for one in columns], bool)
     rows = np.where(given, np.cumsum(given) - 1, -1).astype(np.int64)
-    return rows, np.array([shape for shape in shapes if shape is not None]).reshape(int(given.sum()), n)
+    shapes = [record.terms[one.term].shape for one in columns if one.term >= 0]
+    return rows, np.array(shapes).reshape(len(shapes), len(record))

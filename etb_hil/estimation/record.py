@@ -25,6 +25,7 @@ _COLUMNS = ("since", "heat", "dt", "voltage", "unsure", "temperature", "readings
 _RESTS = 0.01  # of a record's rms velocity: a plate that is slower rests
 _SLOWEST = 1e-12  # rad/s, of a plate that never moves
 _SMOOTH = 0.05  # s over which that velocity is measured, so that the noise of a plate's sensor averages out
+_FEW, _PARTS = 3_000, 12  # samples by which a start is tried, and the parts along a record that they are of
 _JUMP = 0.1  # share by which the torque of limp-home's jump and of the stops may be another (explain.md, section 1)
 
 
@@ -98,7 +99,7 @@ class Record:
     def thinned(self, most: int, parts: int) -> Record:
         """Return so many parts of the record, evenly along it.
 
-        Together they have `most` samples. A record that has no more samples is returned whole.
+        Together they have `most` samples. A record that has no more samples is returned whole. Terms are kept.
         """
         if len(self) <= most:
             return self
@@ -110,7 +111,14 @@ class Record:
             if not np.isinf(self.since[end + length : begin + 1]).any():
                 last = end + length - 1
                 part.since[0], part.heat[0] = time[begin] - time[last], np.mean(squared[last:begin])
-        return joined(found)
+        terms = zip(*(part.terms for part in found), strict=True)
+        kept = tuple(Term(each[0].channel, np.concatenate([one.shape for one in each])) for each in terms)
+        return replace(joined(found), terms=kept)
+
+    @property
+    def few(self) -> Record:
+        """Few of the samples, by which another start of a fit is tried first."""
+        return self.thinned(_FEW, _PARTS)
 
 
 def joined(records: Sequence[Record]) -> Record:

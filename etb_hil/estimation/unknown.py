@@ -9,12 +9,11 @@ healthy records show false causes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from etb_hil.estimation.filtering import Column
-from etb_hil.estimation.record import Term
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import BACK_EMF, TORQUE_PER_AMPERE
@@ -32,7 +31,7 @@ class Unknown:
     An unknown has a place in the vector; its prior has a mean and a standard deviation.
 
     `reach`: how far it may be off before the wall begins, infinite for none. `tied`: what moves along in proportion.
-    `low` and `high`: what it never leaves. `term`: where it is the size of one.
+    `low` and `high`: what it never leaves. `term`: the number of the record's term that it is the size of, -1 for none.
     """
 
     name: str
@@ -44,12 +43,12 @@ class Unknown:
     tied: int = -1
     low: float = -np.inf
     high: float = np.inf
-    term: Term | None = field(default=None, repr=False)
+    term: int = -1
 
     def column(self) -> Column:
         """Return what the sensitivities are asked of, in units of the parameter."""
-        if self.term is not None:
-            return Column(self.name, 1.0, channel=self.term.channel, shape=self.term.shape)
+        if self.term >= 0:
+            return Column(self.name, 1.0, term=self.term)
         return Column(self.name, _STEP * self.deviation, self.place, self.effect, tied=self.tied)
 
     def put(self, parameters: Float64, value: float) -> None:

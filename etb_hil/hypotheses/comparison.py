@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, begun, over, settled
+from etb_hil.estimation.calibration import settled
+from etb_hil.estimation.climbing import Fitted, begun
+from etb_hil.estimation.prior import over
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import freed, unknowns_of
@@ -91,17 +93,17 @@ def fitted(
 
     The fit begins from the given parameters; `effects` are all of the device by id.
     """
-    unknowns = unknowns_with(record, before, ids, parameters, effects)
+    unknowns = unknowns_with(before, ids, parameters, effects)
     fit = settled(record, begun(record, parameters, unknowns, before.disturbance))
     return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
 
 
 def unknowns_with(
-    record: Record, before: Fitted, ids: tuple[str, ...], parameters: Float64, effects: Mapping[str, Effect]
+    before: Fitted, ids: tuple[str, ...], parameters: Float64, effects: Mapping[str, Effect]
 ) -> list[Unknown]:
     """Return what is fitted of a hypothesis beside the unknowns of a fit."""
     if ids == (DRIFT,):
-        return [*before.unknowns, *drift_unknowns(record.terms)]
+        return [*before.unknowns, *drift_unknowns()]
     if ids[0] in effects:
         return [*before.unknowns, *unknowns_of(effects[ids[0]], parameters)]
     return freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])

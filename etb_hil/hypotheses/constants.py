@@ -39,6 +39,5 @@ MOST_CAUSES = 3  # of one answer
 SEARCHED, PARTS = 12_000, 12
 FITTED, BEGUN, HOPELESS, LIKELIEST = 8, 5, 0.1, 2
 LEAST_STEP = 1.0 / 64.0  # share of a linear step that a fit begins with, at least
-# Samples on which starts of a fit are compared where no slope leads from one to the other, and how often the distance
-# between those is halved then: to a thirtieth of it.
-STARTED, HALVINGS = 3_000, 5
+# How often the distance between starts is halved to which no slope leads: to a thirtieth of it.
+HALVINGS = 5

@@ -14,8 +14,8 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.estimation.calibration import best_step, over
 from etb_hil.estimation.filtering import Disturbance, Filtered, filtered, sensitivities
+from etb_hil.estimation.prior import best_step, over
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.throttle import OMEGA, TORQUE, VOLTAGE
 from etb_hil.estimation.unknown import Unknown

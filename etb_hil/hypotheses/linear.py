@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, best_step, log_prior, prior_slope
+from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.filtering import Normal, sensitivities
+from etb_hil.estimation.prior import best_step, log_prior, prior_slope
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, freed

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, begun, calibrated, settled
+from etb_hil.estimation.calibration import calibrated
+from etb_hil.estimation.climbing import Fitted, begun, climbed
 from etb_hil.estimation.kalman import STEP_MOTOR, STEP_PLATE
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
@@ -38,7 +39,7 @@ class Prepared:
         first = calibrated(self.record, self.parameters, self.unknowns)
         # All hypotheses have the same noise, or their likelihoods could not be compared.
         record = self.record.placed(first.parameters)
-        return record, settled(record, begun(record, first.parameters, self.unknowns, first.disturbance))
+        return record, climbed(record, begun(record, first.parameters, self.unknowns, first.disturbance))
 
 
 def prepared(whole: Record, model: Model) -> Prepared:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import Fitted, begun, climbed, settled
+from etb_hil.estimation.calibration import settled
+from etb_hil.estimation.climbing import Fitted, begun, climbed
 from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
@@ -245,7 +246,7 @@ def stepped(
     named = [one for id_, one in effects.items() if id_ not in without]
     known: list[Candidate | Drift] = [*candidates(record, before.parameters, named)]
     if DRIFT not in without:
-        known.append(Drift(before.parameters, record.terms))
+        known.append(Drift(before.parameters))
     base = [one.name for one in before.unknowns if one.effect is None and np.isfinite(one.reach)]
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
@@ -268,11 +269,12 @@ def _fitted_from(
 
     Only those that are hopeful are fitted to their end.
     """
+    few = record.few
     tried: list[tuple[tuple[str, ...], Fitted]] = []
     for start in starts:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
-        p, disturbance = beginning(record, before, start)
-        unknowns = unknowns_with(record, before, start.ids, p, effects)
+        p, disturbance = beginning(few, before, start)
+        unknowns = unknowns_with(before, start.ids, p, effects)
         begin = begun(record, p, unknowns, disturbance)
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
     found: list[Hypothesis] = []
@@ -320,7 +322,7 @@ def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) ->
                 best = _others_first(record, best, one, p, aim)
             for p in across_a_ridge(best, one) if stated.is_strength else ():
                 best = _others_first(record, best, one, p, max(aim, best.posterior), least=best.posterior)
-    return best
+    return best if best is fit else settled(record, best, aim)
 
 
 def _others_first(
@@ -333,7 +335,7 @@ def _others_first(
     others = [each for each in best.unknowns if each is not one]
     fit = climbed(record, begun(record, parameters, others, best.disturbance), aim=least)
     if fit.posterior > least:
-        fit = settled(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim)
+        fit = climbed(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim=aim)
     return max(best, fit, key=lambda each: each.posterior)
 
 

@@ -8,11 +8,13 @@ from itertools import product
 import numpy as np
 
 from etb_hil.estimation import forces
-from etb_hil.estimation.calibration import Fitted, first_disturbance, over
+from etb_hil.estimation.calibration import first_disturbance
+from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.filtering import Disturbance, filtered
+from etb_hil.estimation.prior import over
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, as_stated
-from etb_hil.hypotheses.constants import GIVES_WAY, HALVINGS, LEAST_STEP, PARAMETER, PARTS, STARTED
+from etb_hil.hypotheses.constants import GIVES_WAY, HALVINGS, LEAST_STEP, PARAMETER
 from etb_hil.hypotheses.linear import Start
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
@@ -49,9 +51,8 @@ def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Di
     share, p = 1.0, start.parameters
     if p is start.origin:
         return p, first_disturbance(p)
-    while (
-        share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < before.filtered.log_likelihood
-    ):
+    least = filtered(record, before.parameters, before.disturbance).log_likelihood
+    while share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < least:
         share *= 0.5
         p = start.nearer(share)
     return p, _likelier_disturbance(record, before, p)
@@ -73,7 +74,7 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
             (alone if np.count_nonzero(values) == 1 else together).append(p)
     if not alone:
         return start
-    some = record.thinned(STARTED, PARTS)
+    some = record.few
     p = first = _likeliest(some, alone[0], alone[1:])
     if _first_likelihood(some, first) > _first_likelihood(some, start.parameters):
         late = forces.lateness(p).sum(axis=1)

@@ -6,7 +6,6 @@ that, and so does a lubricant. Its share of the friction is a polygon over time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,7 +27,6 @@ class Drift:
     """A polygon over time; `parameters` is the whole vector without it."""
 
     parameters: Float64
-    terms: tuple[Term, ...]
 
     @property
     def id(self) -> str:
@@ -37,7 +35,7 @@ class Drift:
 
     def unknowns(self) -> list[Unknown]:
         """Return the sizes at the knots."""
-        return drift_unknowns(self.terms)
+        return drift_unknowns()
 
     def columns(self) -> list[Column]:
         """Return the columns of the sizes."""
@@ -65,14 +63,14 @@ def with_room(parameters: Float64) -> Float64:
 def bench_unknowns(record: Record) -> list[Unknown]:
     """Return the sizes of the bench's terms that a record shows."""
     _, motor, plate = (bool(np.isfinite(one).any()) for one in record.readings.T)
-    zero = Unknown(BENCH[0], EXTENDED, 0.0, ZERO / np.sqrt(3.0), ZERO, term=record.terms[0])
+    zero = Unknown(BENCH[0], EXTENDED, 0.0, ZERO / np.sqrt(3.0), ZERO, term=0)
     return [zero] if motor and plate else []
 
 
-def drift_unknowns(terms: Sequence[Term]) -> list[Unknown]:
+def drift_unknowns() -> list[Unknown]:
     """Return the sizes of a drift at its knots; each is a share of the friction."""
     first = len(BENCH)
     return [
-        Unknown(f"{DRIFT}.{k}", EXTENDED + k, 0.0, DRIFTS / np.sqrt(3.0), low=-DRIFTS, high=DRIFTS, term=terms[k])
+        Unknown(f"{DRIFT}.{k}", EXTENDED + k, 0.0, DRIFTS / np.sqrt(3.0), low=-DRIFTS, high=DRIFTS, term=k)
         for k in range(first, first + KNOTS)
     ]

@@ -8,13 +8,14 @@ from independent_throttle import Unit, friction_check, off_by_tolerances
 from throttle_as_model import parameters, record_until_the_bridge_opens
 
 from etb_hil.base.errors import InputError
-from etb_hil.estimation.calibration import best_step, calibrated, log_prior
+from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities, smoothed
+from etb_hil.estimation.prior import best_step, log_prior
 from etb_hil.estimation.record import joined, record
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.constants import KNOTS
-from etb_hil.hypotheses.terms import Drift, with_room, with_terms
+from etb_hil.hypotheses.terms import BENCH, Drift, drift_unknowns, with_room, with_terms
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.physics import (
     COULOMB,
@@ -257,6 +258,17 @@ def test_a_long_record_is_thinned_to_parts_along_all_of_it(healthy):
     assert made.thinned(len(made), 4) is made
 
 
+def test_a_thinned_record_keeps_its_terms(healthy):
+    made, model, _ = healthy
+    some = with_terms(made).thinned(2000, 4)
+    shapes = np.array([one.shape for one in some.terms])
+    assert shapes.shape == (len(BENCH) + KNOTS, 2000)
+    assert np.allclose(shapes[len(BENCH) :].sum(axis=0), 1.0)  # the polygon's knots share out all of the time
+    p = with_room(model.vector())
+    at, column = filtered(some, p, SMALL, is_kept=True), drift_unknowns()[-1].column()
+    assert sensitivities(some, at, [column]).matrix[0, 0] > 0.0
+
+
 def test_a_thinned_record_knows_how_long_was_left_out_and_what_current_flowed(healthy):
     made, _, _ = healthy
     some = made.thinned(2000, 4)
@@ -321,7 +333,7 @@ def test_a_drift_that_stays_the_same_is_another_friction(healthy):
     made, model, _ = healthy
     p = model.vector()
     drifting = with_terms(made)
-    constant = Drift(with_room(p), drifting.terms).at(np.full(KNOTS, 0.1))
+    constant = Drift(with_room(p)).at(np.full(KNOTS, 0.1))
     p[COULOMB], p[STICTION] = 1.1 * p[COULOMB], 1.1 * p[STICTION]
     one, other = filtered(drifting, constant, SMALL), filtered(made, p, SMALL)
     assert one.log_likelihood == pytest.approx(other.log_likelihood, rel=1e-5)

@@ -7,7 +7,7 @@ import pytest
 from independent_throttle import Unit, friction_check
 from throttle_as_model import record_until_the_bridge_opens
 
-from etb_hil.estimation.calibration import begun, climbed
+from etb_hil.estimation.climbing import begun, climbed
 from etb_hil.estimation.filtering import Disturbance, Noise, filtered
 from etb_hil.estimation.scoring import scored
 from etb_hil.estimation.unknown import base_unknowns

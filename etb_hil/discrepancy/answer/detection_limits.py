@@ -15,7 +15,7 @@ import numpy as np
 from etb_hil.discrepancy.candidates.candidate import beyond_judging, own_name
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
-from etb_hil.estimation.calibration import Fitted
+from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.record import Record, joined
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, candidates

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from etb_hil.discrepancy.fitting.intervals import TELLS, Estimate, estimates
 from etb_hil.discrepancy.search.findings import Findings
-from etb_hil.estimation.calibration import Fitted
+from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.unknown import Unknown
 
 _NORMAL = 1.96  # standard deviations of half a 95 % interval
