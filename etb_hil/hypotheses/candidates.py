@@ -72,7 +72,7 @@ def can_show(record: Record, effect: Effect) -> bool:
     shows = {
         Need.CURRENT: current,
         Need.MOTOR_ANGLE: motor,
-        Need.PLATE_ANGLE: plate and motor,
+        Need.PLATE_ANGLE: plate,
         Need.TEMPERATURE: bool(np.ptp(record.temperature) > CHANGES),
     }
     return all(shows.get(need, True) for need in effect.needs)

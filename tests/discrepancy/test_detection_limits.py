@@ -58,7 +58,7 @@ def calibrated(p):
     [
         ({"has_temperature": False}, "friction_temperature", "no temperature, or a constant one"),
         ({"current": None}, "current_sensor_gain", "no current"),
-        ({"plate": None}, "sensor_hysteresis", "no second angle"),
+        ({"plate": None}, "sensor_hysteresis", "no plate angle"),
     ],
 )
 def test_without_a_sensor_effects_say_what_is_missing(healthy, missing, effect, says):
@@ -72,8 +72,8 @@ def test_a_coarse_encoder_is_a_second_angle_beside_the_plates_sensor(healthy):
     plates = replace(measured, angle=measured.plate, plate=None, is_plates=True)
     assert beyond_judging([Balances(replace(plates, encoder=measured.angle), MODEL)]) == {}
     alone = beyond_judging([Balances(plates, MODEL)])
-    assert alone["angle_delay"] == "no motor angle"
-    assert alone["sensor_hysteresis"] == "no second angle"
+    assert alone["motor_angle_delay"] == alone["sensor_hysteresis"] == "no motor angle"
+    assert not {"angle_delay", "plate_angle_delay"} & set(alone)
 
 
 def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):

@@ -1,5 +1,8 @@
 """A reading is late by more than its own changes last, by a delay or behind a lag: it is found and measured."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from driven_plant import driven
 
@@ -51,3 +54,14 @@ def test_of_each_channel_delay_and_lag_are_found(id_, delay, lag):
         assert found_lag == pytest.approx(lag, rel=0.03)
         assert found_delay == pytest.approx(delay, abs=0.15e-3)
     assert found_delay + found_lag == pytest.approx(delay + lag, abs=0.1e-3)
+
+
+@pytest.mark.parametrize(("id_", "hidden"), [("motor_angle_delay", 2), ("plate_angle_delay", 1)])
+def test_where_one_angle_was_read_it_is_that_one_or_all(id_, hidden):
+    p = MODEL.vector()
+    p[CATALOGUE[id_].indices[0]] = 3.3e-3
+    seen, _ = driven(MODEL, p, 1000)
+    readings = seen.readings.copy()
+    readings[:, hidden] = np.nan
+    step = compared(replace(seen, readings=readings), MODEL, ids=["angle_delay", id_])
+    assert {one_id for one in (step.best, *step.group) for one_id in one.ids} == {"angle_delay", id_}

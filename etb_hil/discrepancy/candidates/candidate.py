@@ -75,7 +75,7 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
     is_drive = any(b.measured.is_drive for b in balances)
     angles = [b.measured.motor_and_plate for b in balances]
     lacks = {  # of two needs of one effect the later one is said
-        Need.PLATE_ANGLE: (any(one is None for pair in angles for one in pair), "no second angle"),
+        Need.PLATE_ANGLE: (any(plate is None for _, plate in angles), "no plate angle"),
         Need.CURRENT: (not all(b.has[1] for b in balances), "driven in force or torque" if is_drive else "no current"),
         Need.OPEN_BRIDGE: (is_drive, "the bridge of a drive is never open"),
         Need.THROTTLE: (is_drive, "not part of a drive"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from etb_hil.plant.effects import late_reading
-from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, SensorMemory
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, SensorMemory
 from etb_hil.plant.effects.port import Port
 
 EFFECT = Effect(
@@ -25,5 +25,4 @@ EFFECT = Effect(
         Port.PLATE_SEEN: late_reading.plate,
     },
     sensor=SensorMemory(late_reading.MEMORY, late_reading.move),
-    needs=frozenset({Need.MOTOR_ANGLE}),
 )

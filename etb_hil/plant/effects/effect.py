@@ -44,7 +44,7 @@ class Need(Enum):
 
     CURRENT = "a measured current"
     TEMPERATURE = "a measured temperature that changes"
-    PLATE_ANGLE = "a second angle, of the plate"
+    PLATE_ANGLE = "the plate's angle"
     MOTOR_ANGLE = "the motor's angle"
     OPEN_BRIDGE = "coasting with the bridge open"
     THROTTLE = "a plate with springs, stops and a gear"

@@ -23,5 +23,5 @@ EFFECT = Effect(
         Port.MOTOR_SEEN: late_reading.motor,
     },
     sensor=SensorMemory(late_reading.MEMORY, late_reading.move),
-    needs=frozenset({Need.MOTOR_ANGLE, Need.PLATE_ANGLE}),
+    needs=frozenset({Need.THROTTLE, Need.MOTOR_ANGLE}),
 )

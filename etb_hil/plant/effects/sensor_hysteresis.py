@@ -39,5 +39,5 @@ EFFECT = Effect(
     is_one_way=True,
     terms={Port.PLATE_READING: reading},
     sensor=SensorMemory(1, step),
-    needs=frozenset({Need.PLATE_ANGLE}),
+    needs=frozenset({Need.MOTOR_ANGLE, Need.PLATE_ANGLE}),
 )

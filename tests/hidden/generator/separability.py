@@ -23,6 +23,7 @@ _WORTH = 0.2  # cosine above which more shapes of a competing effect are drawn: 
 _MORE = 28
 _NEAR = 0.8  # a cosine from which the nearest draw is moved on, towards the others of its form
 _STEPS = 24
+_ONE_ANGLE = {"encoder_only": ("angle_delay", "motor_angle_delay"), "plate_only": ("angle_delay", "plate_angle_delay")}
 _LEAST_OWN = 1e-3  # ohm: with it the motor's own current lowers the supply by no more than millivolts
 
 
@@ -78,6 +79,8 @@ def _judge(case, entry, columns, parameters, known):
     rivals = [rival for rival in at.CATALOGUE if rival not in (name, *known) and kept > _NOTHING_LEFT]
     unit_rest = rest / max(np.linalg.norm(rest), 1e-12)
     cosines = {rival: _cosine(case, name, rival, own_row, columns, base, unit_rest) for rival in rivals}
+    same = _ONE_ANGLE.get(case.about["view"], ())  # late angles, of which one is read
+    cosines |= {rival: 1.0 for rival in same if name in same and rival != name}
     return Separability(
         name,
         cosines,
