@@ -27,6 +27,8 @@ _FIRST = (0.1, 0.3)
 # share of 0.03 to 0.3 of the torque two records with coarse encoders ended at one place, with all of it one did not.
 # `tests/hypotheses/test_coarse_encoders.py` checks it.
 _BEGUN_AGAIN = 0.1
+# Multiple of the first torque up to which a smaller one is tried on all samples: few of them may miss it.
+_LARGE = 3.0
 _LED = 3  # steps after which a fit that few samples led there is the likelier one, or is given up
 # Places of each stop that are tried over its tolerance: before it is met, no slope leads there.
 _STOPS_TRIED = 6
@@ -41,7 +43,7 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     fit = climbed(record, fit, aim=aim)
     if max(fit.disturbance.noise[:-1]) > math.exp(NOISE) or _is_large(fit):
         fit = _likelier_elsewhere(record, fit, aim)
-    while not _is_large(fit) and (lower := _lower(fit)) != fit.disturbance:
+    while not _is_large(fit, _LARGE) and (lower := _lower(fit)) != fit.disturbance:
         found = climbed(record, begun(record, fit.parameters, fit.unknowns, lower), aim=aim)
         if not _gains(found, fit, aim):
             break
@@ -58,7 +60,7 @@ def _likelier_elsewhere(record: Record, fit: Fitted, aim: float) -> Fitted:
     end = _on_few(record, fit)
     if max(end.fit.disturbance.noise[:-1]) > math.exp(NOISE):
         end = end.likelier_from(end.fit.parameters, first_disturbance(end.fit.parameters), aim)
-    while _is_large(end.fit):
+    while _is_large(end.fit, _LARGE):
         found = end.likelier_from(end.fit.parameters, _lower(end.fit), aim)
         if not _gains(found.fit, end.fit, aim):
             break
@@ -71,9 +73,9 @@ def _likelier_elsewhere(record: Record, fit: Fitted, aim: float) -> Fitted:
     return end.fit
 
 
-def _is_large(fit: Fitted) -> bool:
-    """Tell whether a fit needs a torque larger than the first one."""
-    return fit.disturbance.torque > first_disturbance(fit.parameters).torque
+def _is_large(fit: Fitted, times: float = 1.0) -> bool:
+    """Tell whether a fit needs a torque so many times larger than the first one."""
+    return fit.disturbance.torque > times * first_disturbance(fit.parameters).torque
 
 
 def _gains(found: Fitted, fit: Fitted, aim: float) -> bool:
@@ -100,7 +102,7 @@ class _OnFew:
         `aim`: as in `climbed`. `most_torque`: what the other fit needs at most, in N·m.
         """
         unknowns, reached = self.fit.unknowns, self.here.posterior
-        there = climbed(self.few, begun(self.few, parameters, unknowns, disturbance), aim=reached)
+        there = climbed(self.few, begun(self.few, parameters, unknowns, disturbance))
         if there.posterior < reached + SETTLED or there.disturbance.torque > most_torque:
             return self
         start = begun(self.record, there.parameters, unknowns, there.disturbance)
