@@ -12,7 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.estimation.climbing import AT_ONCE, NEARER, NOISE, SETTLED, Fitted, begun, climbed, least_disturbances
+from etb_hil.estimation.climbing import (
+    AT_ONCE,
+    NEARER,
+    NOISE_DEVIATION,
+    SETTLED,
+    Fitted,
+    begun,
+    climbed,
+    least_disturbances,
+)
 from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, as_stated
@@ -27,7 +36,9 @@ _FIRST = (0.1, 0.3)
 # share of 0.03 to 0.3 of the torque two records with coarse encoders ended at one place, with all of it one did not.
 # `tests/hypotheses/test_coarse_encoders.py` checks it.
 _BEGUN_AGAIN = 0.1
-# Multiple of the first torque up to which a smaller one is tried on all samples: few of them may miss it.
+# Multiple of the first torque up to which a smaller one is tried on all samples: few of them may miss it. With 1 a
+# cause beside a coarse encoder ended 150 nats too early (`python benchmarks/explain_study.py strong FIRST COUNT --view
+# coarse_encoder`).
 _LARGE = 3.0
 _LED = 3  # steps after which a fit that few samples led there is the likelier one, or is given up
 # Places of each stop that are tried over its tolerance: before it is met, no slope leads there.
@@ -41,7 +52,7 @@ def settled(record: Record, fit: Fitted, aim: float = -np.inf) -> Fitted:
     tried, as long as the posterior grows: how large they are in the end tells what is missing.
     """
     fit = climbed(record, fit, aim=aim)
-    if max(fit.disturbance.noise[:-1]) > math.exp(NOISE) or _is_large(fit):
+    if max(fit.disturbance.noise[:-1]) > math.exp(NOISE_DEVIATION) or _is_large(fit):
         fit = _likelier_elsewhere(record, fit, aim)
     while not _is_large(fit, _LARGE) and (lower := _lower(fit)) != fit.disturbance:
         found = climbed(record, begun(record, fit.parameters, fit.unknowns, lower), aim=aim)
@@ -58,7 +69,7 @@ def _likelier_elsewhere(record: Record, fit: Fitted, aim: float) -> Fitted:
     disturbances, or as stated with small ones: that fit is the better one where it needs no large torque.
     """
     end = _on_few(record, fit)
-    if max(end.fit.disturbance.noise[:-1]) > math.exp(NOISE):
+    if max(end.fit.disturbance.noise[:-1]) > math.exp(NOISE_DEVIATION):
         end = end.likelier_from(end.fit.parameters, first_disturbance(end.fit.parameters), aim)
     while _is_large(end.fit, _LARGE):
         found = end.likelier_from(end.fit.parameters, _lower(end.fit), aim)
@@ -79,6 +90,7 @@ def _is_large(fit: Fitted, times: float = 1.0) -> bool:
 
 
 def _gains(found: Fitted, fit: Fitted, aim: float) -> bool:
+    """Tell whether a fit is likelier by enough; `aim` as in `climbed`."""
     return found.posterior >= fit.posterior + max(SETTLED, NEARER * (aim - fit.posterior))
 
 
@@ -86,7 +98,8 @@ def _gains(found: Fitted, fit: Fitted, aim: float) -> bool:
 class _OnFew:
     """A fit, and as few of the samples have it.
 
-    They tell first whether another start leads to a likelier one.
+    They tell first whether another start leads to a likelier one. `fit`: of the whole `record`; `here`: that of `few`
+    of its samples, near it.
     """
 
     record: Record
@@ -118,6 +131,7 @@ def _on_few(record: Record, fit: Fitted) -> _OnFew:
     Where they gain more by it than by chance, they may lead all samples to where those are likelier, too.
     """
     few = record.few
+    # A quarter of the samples gains 3/8 nats a parameter by chance: the expectation of half a chi-square.
     begin = begun(few, fit.parameters, fit.unknowns, fit.disturbance)
     here = climbed(few, begin)
     if here.posterior > begin.posterior + len(fit.unknowns) + VARIANCES:

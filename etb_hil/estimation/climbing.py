@@ -32,7 +32,7 @@ _MOST_STEPS, SETTLED = 30, 1.0
 # 0.2 the development files have the same answers (`python benchmarks/explain_study.py`).
 NEARER = 0.1
 # Standard deviation of the logarithm of a variance of noise: a data sheet is off by a factor of two in amplitude.
-NOISE = 2.0 * math.log(2.0)
+NOISE_DEVIATION = 2.0 * math.log(2.0)
 AT_ONCE = 100.0  # factor by which a variance changes in a step, at most
 _FREE = 1e3  # standard deviation of a variance of which nothing is known, as a multiple of it
 _LEAST_NOISE = 1e-6  # least variance of noise, as a multiple of what is stated
@@ -137,7 +137,7 @@ class _Tried(NamedTuple):
 
 def _tried(record: Record, parameters: Float64, unknowns: Sequence[Unknown], disturbance: Disturbance) -> _Tried:
     at = filtered(record, parameters, disturbance, is_kept=True)
-    noise = -0.5 * sum((math.log(one) / NOISE) ** 2 for one in disturbance.noise)
+    noise = -0.5 * sum((math.log(one) / NOISE_DEVIATION) ** 2 for one in disturbance.noise)
     return _Tried(parameters, at, at.log_likelihood + log_prior(parameters, unknowns) + noise)
 
 
@@ -190,7 +190,7 @@ def _unknown_variances(record: Record, fit: Fitted) -> list[Unknown]:
     found = []
     for place, (one, least, most) in enumerate(zip(_variances(fit.disturbance), leasts, mosts, strict=True)):
         low, high = min(max(least / one, 1.0 / AT_ONCE), 1.0), max(min(most / one, AT_ONCE), 1.0)
-        mean, deviation = (1.0, _FREE) if place in (Q_TORQUE, Q_VOLTAGE) else (1.0 - math.log(one), NOISE)
+        mean, deviation = (1.0, _FREE) if place in (Q_TORQUE, Q_VOLTAGE) else (1.0 - math.log(one), NOISE_DEVIATION)
         found.append(Unknown("variance", place, mean, deviation, low=low, high=high))
     return found
 

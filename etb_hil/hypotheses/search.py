@@ -270,10 +270,11 @@ def _fitted_from(
     Only those that are hopeful are fitted to their end.
     """
     few = record.few
+    least = filtered(few, before.parameters, before.disturbance).log_likelihood
     tried: list[tuple[tuple[str, ...], Fitted]] = []
     for start in starts:
         aim = max((fit.posterior for _, fit in tried), default=-np.inf)
-        p, disturbance = beginning(few, before, start)
+        p, disturbance = beginning(few, before, start, least)
         unknowns = unknowns_with(before, start.ids, p, effects)
         begin = begun(record, p, unknowns, disturbance)
         tried.append((start.ids, climbed(record, begin, BEGUN, aim)))

@@ -42,16 +42,16 @@ def _gain(record: Record, before: Fitted, parameters: Float64, disturbance: Dist
     return filtered(record, parameters, disturbance).log_likelihood - before.filtered.log_likelihood
 
 
-def beginning(record: Record, before: Fitted, start: Start) -> tuple[Float64, Disturbance]:
+def beginning(record: Record, before: Fitted, start: Start, least: float) -> tuple[Float64, Disturbance]:
     """Return where a fit begins, and under which disturbances.
 
-    A linear step may go too far: after it the model is at least as likely as the one before. A start from elsewhere
-    begins as a first fit does. By the disturbances of a fit that lacks the cause, it may be the less likely model.
+    A linear step may go too far: after it the model is at least as likely as the one before (`least`, in nats). A start
+    from elsewhere begins as a first fit does. By the disturbances of a fit that lacks the cause, it may be the less
+    likely model.
     """
     share, p = 1.0, start.parameters
     if p is start.origin:
         return p, first_disturbance(p)
-    least = filtered(record, before.parameters, before.disturbance).log_likelihood
     while share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < least:
         share *= 0.5
         p = start.nearer(share)
