@@ -185,6 +185,19 @@ def test_an_identifier_of_more_than_29_bits_is_refused(tmp_path):
     assert "no identifier: 20000000" in notes[0]
 
 
+def test_a_remote_frame_of_less_than_no_bytes_is_refused(tmp_path):
+    path = tmp_path / "broken.db"
+    with can.SqliteWriter(path) as writer:
+        for second in (1.0, 2.0):
+            writer.on_message_received(can.Message(timestamp=second, arbitration_id=5, is_remote_frame=True, dlc=3))
+    with sqlite3.connect(path) as database:
+        database.execute("UPDATE messages SET dlc = -1 WHERE ts > 1.5")
+    database.close()
+    got, notes = read(path)
+    assert list(got.length) == [3]
+    assert "0 bytes of -1" in notes[0]
+
+
 def test_a_line_that_python_can_skips_is_said(tmp_path):
     path = tmp_path / "short.trc"
     head = ";$FILEVERSION=1.1\n;$STARTTIME=45332.7893418634\n;\n"

@@ -162,7 +162,7 @@ def _is_held(message: can.Message, known: _Format, note: Note) -> bool:
     Raises ValueError for a message that is not whole or that no bus can carry: python-can's readers let them through.
     """
     length = len(message.data)
-    if not _announced(message, known) <= length <= (64 if message.is_fd else 8) or message.dlc > 64:
+    if not _announced(message, known) <= length <= (64 if message.is_fd else 8) or not 0 <= message.dlc <= 64:
         raise ValueError(f"{length} bytes of {message.dlc}")
     if not 0 <= message.arbitration_id <= MAX_IDENT:
         raise ValueError(f"no identifier: {message.arbitration_id:x}")
