@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etb_hil.diagnosis.bent_bristles import unsure_by_bristles
 from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
@@ -104,7 +105,8 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     evidence, fit, drift, left = without_drift(ticks, windows, evidence, prior, fit)
     laws = []
     for law in laws_of(ticks, windows, evidence, prior, fit):
-        unsure = unsure_by_place(ticks, windows, evidence, law.prior, law.fit)
+        unsure = unsure_by_bristles(ticks, windows, evidence, law.prior, law.fit)
+        unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
     return Assessment(ticks, windows, evidence, laws, balance, drift)

@@ -1,0 +1,44 @@
+"""Intervals hold what windows that slide say alone, whatever bristles do while they bend."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Unit, friction_check, sense
+from throttle_as_model import bench_model, rows_of
+
+from etb_hil.diagnosis.assessment import JUDGED, assess
+from etb_hil.diagnosis.current_zero import Zero
+from etb_hil.diagnosis.friction_model import COULOMB, LOG_SPEED, VISCOUS
+from etb_hil.diagnosis.stribeck_fit import refit, weights_of_sliding
+from etb_hil.diagnosis.ticks import TickMaker
+
+ZERO = Zero(0.0, 1e-5, 1e-3, 0.0, 20.0)
+
+
+def assessed(unit, rate):
+    """Return the throttle's model, and what is known of its motion's ramps and dashes."""
+    run, phases = friction_check(unit)
+    maker, model = TickMaker(), bench_model(unit)
+    moving = [phase for phase in phases if phase[0] in {"ramp", "dash"}]
+    for rows, _ in rows_of(sense(unit, run, rate, np.random.default_rng(5)), moving, rate):
+        found, unknown = rows.columns, np.full(len(rows.time_ns), np.nan)
+        angle = found["motor_angle"] / unit.gear_ratio
+        maker.push(
+            rows.time_ns, angle, found["motor_current"], found["motor_voltage"], unknown, unknown, unknown, JUDGED
+        )
+    return assess(maker.ticks(), model, model.values, ZERO)
+
+
+@pytest.mark.parametrize("law", [LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP], ids=["LuGre", "elasto-plastic", "Maxwell slip"])
+def test_what_bent_windows_move_a_fit_by_counts_as_a_standard_error(law):
+    for stiffness in (60.0, 120.0, 200.0):
+        found = assessed(Unit(law=law, bristle_stiffness=stiffness), 20000)
+        one = found.laws[0]
+        parts = found.ticks, found.windows
+        weight = weights_of_sliding(*parts, found.evidence, one.fit)
+        sliding = replace(found.evidence, counts=weight > 0.0)
+        alone = refit(*parts, sliding, one.prior, one.fit.parameters)
+        for number in (COULOMB, VISCOUS, LOG_SPEED):
+            apart = abs(float(alone.parameters[number] - one.fit.parameters[number]))
+            assert 0.9 * apart < one.fit.error({number: 1.0})  # the shift is of first order
