@@ -105,7 +105,9 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     evidence, fit, drift, left = without_drift(ticks, windows, evidence, prior, fit)
     laws = []
     for law in laws_of(ticks, windows, evidence, prior, fit):
-        unsure = unsure_by_bristles(ticks, windows, evidence, law.prior, law.fit)
+        unsure = law.fit
+        if law.fit is fit:  # others have another exponent, from windows that slide, or ages, from those that are bent
+            unsure = unsure_by_bristles(ticks, windows, evidence, prior, fit)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))

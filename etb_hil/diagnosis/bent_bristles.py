@@ -13,11 +13,15 @@ from dataclasses import replace
 import numpy as np
 
 from etb_hil.diagnosis.evidence import Evidence
+from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.prior import PARAMETERS, Prior
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, weights_of_sliding
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times
+
+# The parameters of steady sliding. Of the rest, springs for one, windows that slide often know next to nothing.
+_CURVE = [COULOMB, DROP, LOG_SPEED, VISCOUS]
 
 
 def unsure_by_bristles(
@@ -30,6 +34,6 @@ def unsure_by_bristles(
     matrix[np.diag_indices(count)] += prior.precision[:count]
     gradient += (prior.precision * (prior.mean - fit.parameters))[:count]
     shift = np.zeros(PARAMETERS)
-    shift[:count] = times(inverse(matrix), gradient)
+    shift[_CURVE] = times(inverse(matrix), gradient)[_CURVE]
     known = fit.spread.known + shift[:, None] * shift[None, :]
     return replace(fit, spread=replace(fit.spread, known=known))
