@@ -5,7 +5,7 @@ Each is fitted with disturbances of its own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +36,21 @@ from etb_hil.recording.samples import Float64
 TOGETHER = (("coulomb", "stiction"),)
 
 
+def are_numbers(ids: Sequence[str]) -> bool:
+    """Whether a cause is made of base parameters, which have no shape."""
+    return ids[0].startswith(PARAMETER)
+
+
+def least_excluded(ids: Sequence[str], misfit: float, without: float) -> float:
+    """Return the misfit above which a cause may exclude another hypothesis.
+
+    `misfit`, `without`: with the cause and without it.
+    """
+    if are_numbers(ids) and misfit < NOTHING:
+        return NOTHING  # a shape that a number explains without a residual would be that number's by chance
+    return max(MATERIAL, (EQUIVALENT_PARAMETER if are_numbers(ids) else EQUIVALENT_SHAPE) * without)
+
+
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
     """A cause as fitted: an effect, or base parameters out of their tolerances.
@@ -54,7 +69,7 @@ class Hypothesis:
     @property
     def is_of_numbers(self) -> bool:
         """Whether it is made of base parameters, which have no shape."""
-        return self.ids[0].startswith(PARAMETER)
+        return are_numbers(self.ids)
 
     @property
     def effect(self) -> Effect | None:
@@ -69,11 +84,7 @@ class Hypothesis:
         Nats alone do not tell: a shape that is not quite ours costs some. What is excluded has a larger misfit
         than one that the data cannot distinguish from the cause, and the cause removes much of it.
         """
-        if self.is_of_numbers and self.misfit < NOTHING:
-            # A shape that a number explains without a residual would be that number's by chance.
-            least = NOTHING
-        else:
-            least = max(MATERIAL, (EQUIVALENT_PARAMETER if self.is_of_numbers else EQUIVALENT_SHAPE) * self.without)
+        least = least_excluded(self.ids, self.misfit, self.without)
         is_likelier = self.evidence > other.evidence + GAIN
         return is_likelier and other.misfit > least and self.misfit < NEEDED * other.misfit
 

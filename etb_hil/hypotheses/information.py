@@ -15,7 +15,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation.filtering import Disturbance, Filtered, filtered, sensitivities
-from etb_hil.estimation.prior import best_step, over
+from etb_hil.estimation.prior import best_step, log_prior, over, scales
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.throttle import OMEGA, TORQUE, VOLTAGE
 from etb_hil.estimation.unknown import Unknown
@@ -68,23 +68,42 @@ class Information:
 
     def _is_enough(self, number: int, size: float) -> bool:
         """Tell whether a size has the evidence and the misfit of a cause."""
-        p, count = self.at.parameters, len(self.unknowns)
-        own, base = int(self.columns[number][0]), np.arange(count)
-        values, scale = (np.array(one) for one in zip(*((p[u.place], u.deviation) for u in self.unknowns), strict=True))
-        cross = self.matrix[base, own] * size
-        step, gain = best_step(values, self.unknowns, self.matrix[:count, :count], cross, farthest=np.inf)
+        sizes = np.zeros(len(self.columns[number]))
+        sizes[0] = size
+        lost, left = self.without(number, sizes)
         width = self.asked[number].unknowns()[0].deviation
-        beside = max(self.matrix[own, own] * size**2 - 2.0 * gain, 0.0)
-        evidence = 0.5 * beside - 0.5 * math.log1p(beside / size**2 * width**2)
-        left = np.zeros(len(self.matrix))
-        left[own], left[base] = size, -step * scale
+        evidence = lost - 0.5 * math.log1p(2.0 * lost / size**2 * width**2)
+        return evidence > GAIN and left > NOTHING
+
+    def without(
+        self, number: int | None, sizes: Float64, unknowns: Sequence[Unknown] | None = None, beside: int | None = None
+    ) -> tuple[float, float]:
+        """Return what a model loses without an effect, in nats, and its misfit.
+
+        The effect has these sizes. `unknowns` take what they can of it: those of the model, where none are given, or
+        the same with other priors. So do the strengths of another effect, `beside` by its number among those asked.
+        `number` is None where the cause is an unknown that lies beyond its prior.
+        """
+        p, known = self.at.parameters, self.unknowns if unknowns is None else unknowns
+        free, base = np.arange(len(known)), list(known)
+        if beside is not None:
+            free, base = np.concatenate([free, self.columns[beside]]), [*base, *self.asked[beside].unknowns()]
+        own = np.zeros(len(self.matrix))
+        if number is not None:
+            own[self.columns[number]] = sizes
+        values = p[[one.place for one in base]]
+        step, gain = best_step(values, base, self.matrix[np.ix_(free, free)], self.matrix[free] @ own, farthest=np.inf)
+        prior = log_prior(p, self.unknowns) - log_prior(p, known)
+        lost = max(0.5 * float(own @ self.matrix @ own) + prior - gain, 0.0)
+        left = own.copy()
+        left[free] -= step * scales(base)
         per_volt = p[TORQUE_PER_AMPERE] / p[RESISTANCE]
         volts = max(left @ self.voltage @ left - self.at.voltage_noise**2, 0.0)
         needed = (left @ self.torque @ left + per_volt**2 * volts) / (IMMATERIAL * p[COULOMB]) ** 2
         moved = p.copy()
-        moved[[u.place for u in self.unknowns]] += step * scale
-        beyond = float(np.sum(over(moved, self.unknowns) ** 2))
-        return bool(evidence > GAIN and needed + left @ self.white @ left / WHITE + beyond > NOTHING**2)
+        moved[[one.place for one in base]] = values + step * scales(base)
+        beyond = float(np.sum(over(moved, base) ** 2))
+        return lost, math.sqrt(needed + left @ self.white @ left / WHITE + beyond)
 
 
 def information_of(

@@ -19,7 +19,7 @@ from etb_hil.plant.parameters import Model
 _MOST = 5  # instruments that a technician is asked to take out
 
 
-FindPlan = Callable[[Model, Truth, Sequence[str]], Plan | None]
+FindPlan = Callable[[Model, Sequence[str]], Plan | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def plan_bench_measurements(
         progress("trying bench measurements")
         open_ = _left(findings, found, truth, used, plan)
         if open_ and plan is None:
-            tried = find_plan(_knowing(findings, truth, used), truth, open_)
+            tried = find_plan(_knowing(findings, truth, used), open_)
             then = open_ if tried is None else _left(findings, found, truth, used, tried)
             if len(then) < len(open_):
                 open_, plan = then, tried

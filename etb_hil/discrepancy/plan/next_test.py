@@ -1,7 +1,7 @@
 """The next test: the scenario whose record would leave least ambiguous.
 
-Each plan is simulated with the cause as the truth, and its record is compared with the other members of the ambiguity
-group; that of the best plan with the likeliest of them as the truth, too.
+Each plan is simulated with the cause as the truth. The information of its record tells which members of the ambiguity
+group it would exclude; the record of the best plan is explained, and that with the likeliest of them as the truth, too.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import numpy as np
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.plan.bench_measurements import BenchPlan, plan_bench_measurements
 from etb_hil.discrepancy.plan.planned import Plan, recorded
-from etb_hil.discrepancy.plan.prospects import Truth, left_beside, members
+from etb_hil.discrepancy.plan.prospects import Left, Truth, expected_beside, left_beside, members
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -44,9 +45,14 @@ class Outlook:
     distances: dict[str, float] = field(default_factory=dict)
 
     @property
+    def leaves(self) -> tuple[int, int]:
+        """How little remains, and how much is isolated."""
+        return -len(self.left), len(self.parted)
+
+    @property
     def worth(self) -> tuple[int, int, float]:
         """The rank of a plan: how little remains, how much is isolated, how well it shows."""
-        return -len(self.left), len(self.parted), self.shows
+        return *self.leaves, self.shows
 
 
 def next_test(
@@ -71,12 +77,9 @@ def next_test(
     best = _best(findings, found, plans)
     left = found.ambiguity_group if best is None else best.left
 
-    def find_plan(model: Model, truth: Truth, group: Sequence[str]) -> Plan | None:
-        like = findings.balances[0]
-        outcome = max(
-            side_by_side(lambda plan: _compared(plan, model, like, truth, group), plans), key=lambda one: one.worth
-        )
-        return outcome.plan if outcome.parted else None
+    def find_plan(model: Model, group: Sequence[str]) -> Plan | None:
+        outcome = _leaving_least(plans, model, findings.balances[0], members(found), group)
+        return None if outcome is None else outcome.plan
 
     plan = None if best is None else best.plan
     bench = plan_bench_measurements(findings, found, plan, left, find_plan, progress) if left else None
@@ -141,27 +144,52 @@ def _by_hand(first: str, others: Sequence[str], *, of_drive: bool) -> str:
     return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state a narrower tolerance of the parameter"
 
 
-def _compared(plan: Plan, model: Model, like: Balances, truth: Truth, group: Sequence[str]) -> Outlook:
-    """Return a plan's prospects by its record, simulated with the truth."""
-    record = recorded(plan, model, like, truth.parameters[:EXTENDED])
-    left = left_beside(truth, [record.measured], model, group)
+def _outlook(plan: Plan, left: Left | None, group: Sequence[str]) -> Outlook:
     if left is None:
         return Outlook(plan, (), tuple(group), 0.0)
     open_ = tuple(id_ for id_ in group if id_ in left.ids)
     return Outlook(plan, tuple(id_ for id_ in group if id_ not in open_), open_, left.shows, left.distances)
 
 
+def _simulated(plan: Plan, model: Model, like: Balances, truth: Truth) -> Measurement:
+    return recorded(plan, model, like, truth.parameters[:EXTENDED]).measured
+
+
+def _leaving_least(
+    plans: Sequence[Plan], model: Model, like: Balances, ambiguous: Sequence[Truth], group: Sequence[str]
+) -> Outlook | None:
+    """Return the plan that leaves least of a group open; None where none isolates any.
+
+    The first of those that are ambiguous is the truth. The information of a plan's record tells what it will leave. The
+    record is explained only where no plan explained before is better than that.
+    """
+    truth, *others = ambiguous
+
+    def expected(plan: Plan) -> tuple[Outlook, Measurement]:
+        record = _simulated(plan, model, like, truth)
+        return _outlook(plan, expected_beside(truth, others, record, model, group), group), record
+
+    tried = sorted(side_by_side(expected, plans), key=lambda one: one[0].worth, reverse=True)
+    best: Outlook | None = None
+    for outlook, record in tried:
+        if not outlook.parted or (best is not None and best.leaves >= outlook.leaves):
+            break
+        found = _outlook(outlook.plan, left_beside(truth, [record], model, group), group)
+        best = found if best is None else max(best, found, key=lambda one: one.worth)
+    return best if best is not None and best.parted else None
+
+
 def _best(findings: Findings, found: SelectionStep, plans: Sequence[Plan]) -> Outlook | None:
     """Return the plan that leaves least open, whichever of the likeliest two is true."""
     truth, *others = members(found)
     model, like, group = findings.model, findings.balances[0], found.ambiguity_group
-    tried = side_by_side(lambda plan: _compared(plan, model, like, truth, group), plans)
-    best = max(tried, key=lambda one: one.worth, default=None)
-    if best is None or not best.parted:
+    best = _leaving_least(plans, model, like, [truth, *others], group)
+    if best is None:
         return None
     for other in others[:1]:
         rest = [*truth.ids, *(id_ for id_ in group if id_ not in other.ids)]
-        outcome = _compared(best.plan, model, like, other, rest)
+        record = _simulated(best.plan, model, like, other)
+        outcome = _outlook(best.plan, left_beside(other, [record], model, rest), rest)
         # Of two that remain, the one that is not the true cause is the competing hypothesis.
         mixed = other.ids if set(outcome.left) & set(truth.ids) else ()
         open_ = {*outcome.left, *mixed, *best.left}
