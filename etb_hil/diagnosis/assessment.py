@@ -106,7 +106,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     laws = []
     for law in laws_of(ticks, windows, evidence, prior, fit):
         unsure = law.fit
-        if law.fit is fit:  # others have another exponent, from windows that slide, or ages, from those that are bent
+        if law.fit is fit:  # a free exponent is fitted to windows that slide; ageing shows in bent windows alone
             unsure = unsure_by_bristles(ticks, windows, evidence, prior, fit)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)

@@ -1,39 +1,42 @@
-"""What a fit may be off by where bristles bend by another law than the paper's.
+"""What bristles that bend by another law than LuGre's add to the uncertainty.
 
 Windows that slide say the same of friction whatever its bristles do. A fit to them alone is less sharp, but it holds
-for any such law; a fit to all windows is the sharper one where the paper's law is right (Hausman 1978 compares two such
-fits). Bristles that bend by another law are wrong in the same way at every turn: no scatter shows it, so that what the
-bent windows move the fit by counts as an error of it.
+for any such law; a fit to all windows is the sharper one where the paper's law is right. Both differ by chance, and by
+what bent bristles have wrong in the same way at every turn, which no scatter shows (Hausman 1978). The square of the
+difference less its variance is an estimate of the square of that error.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from etb_hil.diagnosis.evidence import Evidence
-from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
-from etb_hil.diagnosis.prior import PARAMETERS, Prior
-from etb_hil.diagnosis.stribeck_fit import StribeckFit, weights_of_sliding
+from etb_hil.diagnosis.prior import Prior
+from etb_hil.diagnosis.stribeck_fit import StribeckFit, weights_of, weights_of_sliding
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times
-
-# The parameters of steady sliding. Of the rest, springs for one, windows that slide often know next to nothing.
-_CURVE = [COULOMB, DROP, LOG_SPEED, VISCOUS]
+from etb_hil.recording.samples import Float64
 
 
 def unsure_by_bristles(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
 ) -> StribeckFit:
-    """Return the fit with the uncertainty that bent bristles add, to first order."""
-    count = prior.count
-    weight = weights_of_sliding(ticks, windows, evidence, fit)
+    """Return a fit with the uncertainty that bent bristles add.
+
+    The fit is by the paper's law, the uncertainty of first order. What windows that slide know nothing of differs by no
+    more than its variance, and nothing is added to it.
+    """
+    by_all, _ = _fitted(weights_of(ticks, windows, evidence, fit), prior, fit)
+    sliding, gradient = _fitted(weights_of_sliding(ticks, windows, evidence, fit), prior, fit)
+    apart = times(sliding, gradient)
+    error = np.sqrt(np.maximum(apart * apart - np.maximum(np.diag(sliding) - np.diag(by_all), 0.0), 0.0))
+    return fit.with_error(np.where(apart < 0.0, -error, error))
+
+
+def _fitted(weight: Float64, prior: Prior, fit: StribeckFit) -> tuple[Float64, Float64]:
+    """Return covariance (p, p) and gradient (p) of a fit's parameters by some windows."""
     matrix, gradient = accumulate(fit.jacobian, fit.residual, weight)
-    matrix[np.diag_indices(count)] += prior.precision[:count]
-    gradient += (prior.precision * (prior.mean - fit.parameters))[:count]
-    shift = np.zeros(PARAMETERS)
-    shift[_CURVE] = times(inverse(matrix), gradient)[_CURVE]
-    known = fit.spread.known + shift[:, None] * shift[None, :]
-    return replace(fit, spread=replace(fit.spread, known=known))
+    matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
+    gradient += (prior.precision * (prior.mean - fit.parameters))[: prior.count]
+    return inverse(matrix), gradient

@@ -89,6 +89,12 @@ class StribeckFit:
         """
         return self.spread.reach(gradient) / TWO_SIDED_95
 
+    def with_error(self, shift: Float64) -> StribeckFit:
+        """Return the fit with one more standard error of its parameters (p)."""
+        whole = _padded(shift)
+        known = self.spread.known + whole[:, None] * whole[None, :]
+        return replace(self, spread=replace(self.spread, known=known))
+
     @property
     def stiction(self) -> tuple[float, float]:
         """T_st and its standard error, in N·m."""
@@ -152,9 +158,13 @@ def weights_of_sliding(ticks: Ticks, windows: Windows, evidence: Evidence, fit: 
 
     The weights are inverse variances, by the residual of a fit.
     """
-    q = fit.parameters
-    weight = _weights(fit.residual, _kinds(ticks, windows, q), evidence.counts)
-    return np.where((_bent(ticks, windows, q) <= _KINDS[0]) & evidence.slides, weight, 0.0)
+    slides = (_bent(ticks, windows, fit.parameters) <= _KINDS[0]) & evidence.slides
+    return np.where(slides, weights_of(ticks, windows, evidence, fit), 0.0)
+
+
+def weights_of(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
+    """Return the weights (m) of all windows: inverse variances."""
+    return _weights(fit.residual, _kinds(ticks, windows, fit.parameters), evidence.counts)
 
 
 def _bent(ticks: Ticks, windows: Windows, q: Float64) -> Float64:
@@ -361,10 +371,8 @@ def widened_by(
     friction of a place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
     q, jacobian = fit.parameters, fit.jacobian
-    weight = _weights(fit.residual, _kinds(ticks, windows, q), evidence.counts)
+    weight = weights_of(ticks, windows, evidence, fit)
     matrix, _ = accumulate(jacobian, fit.residual, weight)
     matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
     moved = linearised(ticks, windows, replace(evidence, over_time=local), q, USUAL).residual
-    shift = _padded(times(inverse(matrix), accumulate(jacobian, moved - fit.residual, weight)[1]))
-    known = fit.spread.known + shift[:, None] * shift[None, :]
-    return replace(fit, spread=replace(fit.spread, known=known))
+    return fit.with_error(times(inverse(matrix), accumulate(jacobian, moved - fit.residual, weight)[1]))
