@@ -66,6 +66,23 @@ class Candidate:
         return p
 
 
+@dataclass(frozen=True, slots=True)
+class FittedEffect(Candidate):
+    """An effect in one shape with all of its strengths.
+
+    A search tries some of them.
+    """
+
+    def columns(self) -> list[Column]:
+        """Return the columns of all strengths."""
+        return [replace(one.column(), parameters=self.parameters) for one in self.unknowns()]
+
+    def unknowns(self) -> list[Unknown]:
+        """Return all strengths, within their bounds."""
+        acting = set(self.effect.acting_indices)
+        return [one for one in unknowns_of(self.effect, self.parameters) if one.place in acting]
+
+
 def can_show(record: Record, effect: Effect) -> bool:
     """Return whether a record has what it takes to tell an effect."""
     current, motor, plate = (bool(np.isfinite(one).any()) for one in record.readings.T)

@@ -37,7 +37,7 @@ TOGETHER = (("coulomb", "stiction"),)
 
 
 def are_numbers(ids: Sequence[str]) -> bool:
-    """Whether a cause is made of base parameters, which have no shape."""
+    """Tell whether a cause is made of base parameters, which have no shape."""
     return ids[0].startswith(PARAMETER)
 
 

@@ -80,9 +80,9 @@ class Information:
     ) -> tuple[float, float]:
         """Return what a model loses without an effect, in nats, and its misfit.
 
-        The effect has these sizes. `unknowns` take what they can of it: those of the model, where none are given, or
-        the same with other priors. So do the strengths of another effect, `beside` by its number among those asked.
-        `number` is None where the cause is an unknown that lies beyond its prior.
+        The effect has these sizes. The `unknowns` are refitted to compensate for it: those of the model, where none
+        are given, or the same with other priors. So are the strengths of another effect, `beside` by its number among
+        those asked. `number` is None where the cause is an unknown that lies beyond its prior.
         """
         p, known = self.at.parameters, self.unknowns if unknowns is None else unknowns
         free, base = np.arange(len(known)), list(known)
@@ -96,14 +96,14 @@ class Information:
         prior = log_prior(p, self.unknowns) - log_prior(p, known)
         lost = max(0.5 * float(own @ self.matrix @ own) + prior - gain, 0.0)
         left = own.copy()
-        left[free] -= step * scales(base)
+        left[free] += step * scales(base)
         per_volt = p[TORQUE_PER_AMPERE] / p[RESISTANCE]
         volts = max(left @ self.voltage @ left - self.at.voltage_noise**2, 0.0)
         needed = (left @ self.torque @ left + per_volt**2 * volts) / (IMMATERIAL * p[COULOMB]) ** 2
         moved = p.copy()
         moved[[one.place for one in base]] = values + step * scales(base)
         beyond = float(np.sum(over(moved, base) ** 2))
-        return lost, math.sqrt(needed + left @ self.white @ left / WHITE + beyond)
+        return lost, math.sqrt(max(needed + left @ self.white @ left / WHITE + beyond, 0.0))
 
 
 def information_of(

@@ -1,7 +1,8 @@
 """The next test: the scenario whose record would leave least ambiguous.
 
 Each plan is simulated with the cause as the truth. The information of its record tells which members of the ambiguity
-group it would exclude; the record of the best plan is explained, and that with the likeliest of them as the truth, too.
+group it would exclude. The record of the best plan is explained, once with the cause as the truth and once with the
+likeliest other member.
 """
 
 from __future__ import annotations
@@ -156,24 +157,24 @@ def _simulated(plan: Plan, model: Model, like: Balances, truth: Truth) -> Measur
 
 
 def _leaving_least(
-    plans: Sequence[Plan], model: Model, like: Balances, ambiguous: Sequence[Truth], group: Sequence[str]
+    plans: Sequence[Plan], model: Model, like: Balances, truths: Sequence[Truth], group: Sequence[str]
 ) -> Outlook | None:
     """Return the plan that leaves least of a group open; None where none isolates any.
 
-    The first of those that are ambiguous is the truth. The information of a plan's record tells what it will leave. The
-    record is explained only where no plan explained before is better than that.
+    `truths`: the members of the ambiguity group, the assumed truth first. The record that is expected to isolate most
+    is explained. So is the next one, as long as it is expected to isolate more than was found so far.
     """
-    truth, *others = ambiguous
+    truth, *others = truths
 
-    def expected(plan: Plan) -> tuple[Outlook, Measurement]:
+    def expected(plan: Plan) -> Outlook:
         record = _simulated(plan, model, like, truth)
-        return _outlook(plan, expected_beside(truth, others, record, model, group), group), record
+        return _outlook(plan, expected_beside(truth, others, record, model, group), group)
 
-    tried = sorted(side_by_side(expected, plans), key=lambda one: one[0].worth, reverse=True)
     best: Outlook | None = None
-    for outlook, record in tried:
-        if not outlook.parted or (best is not None and best.leaves >= outlook.leaves):
+    for outlook in sorted(side_by_side(expected, plans), key=lambda one: one.worth, reverse=True):
+        if best is not None and best.leaves >= outlook.leaves:
             break
+        record = _simulated(outlook.plan, model, like, truth)
         found = _outlook(outlook.plan, left_beside(truth, [record], model, group), group)
         best = found if best is None else max(best, found, key=lambda one: one.worth)
     return best if best is not None and best.parted else None

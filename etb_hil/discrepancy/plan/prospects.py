@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.search.findings import SelectionStep
 from etb_hil.estimation.record import Record, joined
 from etb_hil.estimation.unknown import Unknown
-from etb_hil.hypotheses.candidates import Candidate, can_show, candidates, freed
+from etb_hil.hypotheses.candidates import FittedEffect, can_show, candidates, freed
 from etb_hil.hypotheses.comparison import least_excluded
 from etb_hil.hypotheses.constants import GAIN, NOTHING, PARAMETER, PARTS, SEARCHED
 from etb_hil.hypotheses.information import information_of
@@ -71,7 +71,7 @@ def left_beside(
     `group`: what else may be true; everything that the measurements can show where it is not given.
     """
     made = joined([as_record(one, model) for one in measured])
-    if set(truth.ids) <= {one.id for one in model.measured.values() if one.is_off}:
+    if _is_measured(truth, model):
         return Left((), {}, np.inf)
     asked = None if group is None else [own_name(id_) for id_ in (*truth.ids, *group)]
     known = [own_name(one.id) for one in model.measured.values()]
@@ -96,52 +96,65 @@ def expected_beside(
 ) -> Left | None:
     """Return what a record would leave of a group beside the truth, to first order.
 
-    None where it would not show the truth. `others`: members of the group as they were fitted.
+    None where it would not show the truth. `others`: members of the group as they were fitted. A member that was not
+    fitted stays open where one of its shapes does.
     """
+    if _is_measured(truth, model):
+        return Left((), {}, np.inf)
     made = prepared(as_record(measured, model).thinned(SEARCHED, PARTS), model)
     parameters = with_room(truth.parameters)
     record = made.record.placed(parameters)
-    fitted = {id_: one for one in others for id_ in one.ids}
     ids = [own_name(id_) for id_ in truth.ids]
-    asked = [one for id_ in (*ids, *group) if (one := _as_fitted(record, made, parameters, id_, fitted)) is not None]
-    number = {one.id: k for k, one in enumerate(asked)}
-    true = number.get(ids[0])
-    if true is None and not ids[0].startswith(PARAMETER):
+    true = _effects(record, made, parameters, ids[0], [])
+    if not true and not ids[0].startswith(PARAMETER):
         return None
+    hypotheses = [*(one.ids for one in others), *((id_,) for id_ in group if not any(id_ in one.ids for one in others))]
+    asked, numbers = [*true], list[range]()
+    for its in hypotheses:
+        shapes = _effects(record, made, parameters, own_name(its[0]), others)
+        numbers.append(range(len(asked), len(asked) + len(shapes)))
+        asked += shapes
     known = information_of(record, parameters, _freed(made, truth.ids), asked)
-    sizes = np.zeros(0) if true is None else -parameters[[one.place for one in asked[true].unknowns()]]
-    lost, without = known.without(true, sizes, made.unknowns)
+    number, sizes = (0, -parameters[[one.place for one in true[0].unknowns()]]) if true else (None, np.zeros(0))
+    lost, without = known.without(number, sizes, made.unknowns)
     if lost < GAIN or without < NOTHING:
         return None
-    open_, distances = [], {}
-    for id_ in group:
-        its = fitted[id_].ids if id_ in fitted else (id_,)
-        if own_name(id_) not in number and not own_name(id_).startswith(PARAMETER):
-            open_.append(id_)
+    least, open_, distances = least_excluded(ids, 0.0, without), set[str](), dict[str, float]()
+    for its, shapes_of_it in zip(hypotheses, numbers, strict=True):
+        if not shapes_of_it and not own_name(its[0]).startswith(PARAMETER):
+            open_.update(its)  # the record cannot show it
             continue
-        lost_beside, left = known.without(true, sizes, _freed(made, its), number.get(own_name(id_)))
-        distances[id_] = float(np.sqrt(2.0 * lost_beside))
-        if lost_beside < GAIN or left < least_excluded(ids, 0.0, without):
-            open_.append(id_)
-    return Left(tuple(open_), distances, float(np.sqrt(2.0 * lost)))
+        tried = [known.without(number, sizes, _freed(made, its), one) for one in (shapes_of_it or (None,))]
+        distances |= dict.fromkeys(its, float(np.sqrt(2.0 * min(lost_beside for lost_beside, _ in tried))))
+        if any(lost_beside < GAIN or left < least for lost_beside, left in tried):
+            open_.update(its)
+    return Left(tuple(id_ for id_ in group if id_ in open_), distances, float(np.sqrt(2.0 * lost)))
 
 
-def _as_fitted(
-    record: Record, made: Prepared, parameters: Float64, id_: str, fitted: Mapping[str, Truth]
-) -> Candidate | None:
-    """Return an effect in its fitted shape; None where the record cannot show it."""
+def _effects(
+    record: Record, made: Prepared, parameters: Float64, id_: str, others: Sequence[Truth]
+) -> list[FittedEffect]:
+    """Return an effect in its fitted shape, or in all of its shapes.
+
+    There are none where the record cannot show it.
+    """
     effect = made.effects.get(id_)
     if effect is None or not can_show(record, effect):
-        return None
-    if id_ not in fitted:
-        shapes = candidates(record, parameters, [effect])
-        return (
-            Candidate(effect, parameters) if parameters[list(effect.acting_indices)].any() else shapes[len(shapes) // 2]
-        )
+        return []
+    if parameters[list(effect.acting_indices)].any():
+        return [FittedEffect(effect, parameters)]
+    found = next((one for one in others if id_ in one.ids), None)
+    if found is None:
+        return [FittedEffect(effect, one.parameters) for one in candidates(record, parameters, [effect])]
     shape = parameters.copy()
     there = [place for one, place in zip(effect.stated, effect.stated_indices, strict=True) if not one.is_strength]
-    shape[there] = fitted[id_].parameters[there]
-    return Candidate(effect, shape)
+    shape[there] = found.parameters[there]
+    return [FittedEffect(effect, shape)]
+
+
+def _is_measured(truth: Truth, model: Model) -> bool:
+    """Tell whether a cause was measured at the bench: then nothing is ambiguous."""
+    return set(truth.ids) <= {one.id for one in model.measured.values() if one.is_off}
 
 
 def _freed(made: Prepared, ids: Sequence[str]) -> list[Unknown]:
