@@ -22,6 +22,7 @@ Float64 = NDArray[np.float64]
 POSITION, CURRENT_ROLE = "throttle_angle", "motor_current"
 SEGMENT_S = 2.0
 STEP_S = 0.01  # of the one-step error
+_LEAD_S = 2.5e-4  # of a step along the measured motion, about: shorter ones do not change the error of a free run
 
 
 def starts(b: Balances, p: Vector) -> Float64:
@@ -101,8 +102,8 @@ def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
     state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
     found = np.empty((len(begins), len(state)))
     _lead(
-        state, p, b.free_voltage, m.temperature, angle, velocity, b.current(p), m.dt, ticks_of(m.dt), begins,
-        found,
+        state, p, b.free_voltage, m.temperature, angle, velocity, b.current(p), m.dt, max(1, round(m.dt / _LEAD_S)),
+        begins, found,
     )  # fmt: skip
     return found
 
