@@ -44,7 +44,7 @@ def connected(address: StoreAddress, *, patient: bool = False) -> Iterator[Any]:
         connection = server(address, patient=patient) if address.is_server else embedded(address)
         yield connection
         connection.commit()
-    except failures as error:
+    except (failures, UnicodeDecodeError) as error:  # of a damaged file SQLite's message may not be text
         raise _refused(address, error) from None
     finally:
         if connection is not None:
@@ -65,7 +65,7 @@ def require_store(address: StoreAddress) -> None:
         with closing(sqlite3.connect(f"{address.path.resolve().as_uri()}?mode=ro", uri=True)) as file:
             if file.execute("SELECT 1 FROM sqlite_master WHERE name = 'runs'").fetchone():
                 return
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # of a damaged file SQLite's message may not be text
         why = str(error)
     allowed = f"a {STORE} that runs have written"
     raise InputError(Problem(f"must be a store of results: {why}", Place(address.path), allowed=allowed))
@@ -194,7 +194,8 @@ def server(address: StoreAddress, *, patient: bool) -> Any:  # noqa: ANN401
 
 
 def _refused(address: StoreAddress, error: Exception) -> EtbHilError:
-    if isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError):
+    is_damaged = isinstance(error, sqlite3.DatabaseError | UnicodeDecodeError)
+    if is_damaged and not isinstance(error, sqlite3.OperationalError):
         remedy = "move the file away"
         return InputError(Problem(f"cannot serve as the store of results: {error}", Place(address.path), remedy=remedy))
     return StoreDown(failure(address, error))

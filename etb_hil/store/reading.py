@@ -67,7 +67,7 @@ def opened(address: StoreAddress, *, writes: bool = False) -> Iterator[sa.Engine
         raise _no_store(address, str(error)) from None
     except DBAPIError as error:
         raise _no_store(address, failure(address, error.orig or error)) from None
-    except SQLAlchemyError as error:
+    except (SQLAlchemyError, UnicodeDecodeError) as error:
         raise _no_store(address, str(error)) from None
     finally:
         engine.dispose()

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import NamedTuple
 
+from etb_hil.base.errors import shortened
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.store.row_values import RunRows
 
@@ -80,12 +82,17 @@ def run_of(
 
     id, start, bench and scenario; serial, part and revision; outcome, verdict and reason.
 
-    `numbers` maps ids to value, low, high, limits and unit. Raises TypeError where one of these is of another type.
+    `numbers` maps ids to value, low, high, limits and unit. Raises TypeError where one of these is of another type, and
+    where the start is no time.
     """
     units = (row[-1] for row in numbers.values())
     texts = (*run, *unit, outcome[0], outcome[2], *numbers, *units, "" if outcome[1] is None else outcome[1])
     if not all(isinstance(text, str) for text in texts):
         raise TypeError("names, times and verdicts of a run must be text")
+    try:
+        datetime.fromisoformat(run[1])
+    except ValueError:
+        raise TypeError(f"the start of a run must be a time as ISO 8601 has it: {shortened(run[1])!r}") from None
     for row in numbers.values():
         for value in row[:-1]:
             if value is not None and not (isinstance(value, float | int) and abs(value) <= _LARGEST):  # nan, too

@@ -215,10 +215,35 @@ def test_a_store_of_a_revision_that_no_release_wrote_is_refused(tmp_path, revisi
         require_schema(StoreAddress(path))
 
 
+@pytest.mark.parametrize("started", ["x", "", "2026-13-01T00:00:00+00:00"])
+def test_a_start_that_is_no_time_is_refused(tmp_path, started):
+    store = StoreAddress(tmp_path / STORE)
+    delivered(tmp_path, store, result(1))
+    with sqlite3.connect(store.path) as file:
+        file.execute("UPDATE runs SET started = ?", (started,))
+    file.close()
+    with pytest.raises(InputError, match=re.escape(f"ISO 8601 has it: {started!r}")):
+        read_store(store)
+
+
+def test_a_damaged_store_whose_message_is_no_text_is_refused(tmp_path):
+    """SQLite quotes the table's own bytes."""
+    store = StoreAddress(tmp_path / STORE)
+    delivered(tmp_path, store, result(1))
+    with sqlite3.connect(store.path) as file:
+        file.execute("PRAGMA writable_schema = ON")
+        file.execute("UPDATE sqlite_master SET sql = CAST(x'4352454154452085' AS TEXT) WHERE name = 'phases'")
+    file.close()
+    with pytest.raises(InputError, match="must be a store of results"):
+        read_store(store)
+    with pytest.raises(InputError, match="store of results"), connected(store):
+        pass
+
+
 def test_a_whole_number_in_a_store_is_read_as_a_number_with_a_fraction():
     """SQLite may keep an integer that no floating-point number holds exactly; Arrow refuses it among such numbers."""
     values = (2**63 - 1, 0, None, None, 1, "A")
-    run = run_of(("id", "2026", "bench", "scenario"), ("SN", "", ""), ("ok", "pass", ""), {"held": values})
+    run = run_of(("id", "2026-11-28", "bench", "scenario"), ("SN", "", ""), ("ok", "pass", ""), {"held": values})
     measured = run.numbers["held"]
     assert measured == (float(2**63), 0.0, None, None, 1.0, "A")
     assert [type(number) for number in measured[:2]] == [float, float]
