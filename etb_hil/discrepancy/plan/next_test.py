@@ -19,6 +19,7 @@ from etb_hil.discrepancy.plan.bench_measurements import BenchPlan, plan_bench_me
 from etb_hil.discrepancy.plan.planned import Plan, recorded
 from etb_hil.discrepancy.plan.prospects import Left, Truth, expected_beside, left_beside, members
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
+from etb_hil.hypotheses.constants import GAIN
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
@@ -28,6 +29,7 @@ from etb_hil.results.explained.next_test import BenchStep, NextTest, RequiredPar
 
 UNIT = "standard deviations of the sensors' noise"
 _WAYS = 3  # at the bench, that are said
+_EXCLUDES = float(np.sqrt(2.0 * GAIN))  # standard deviations: what is nearer is not excluded, whatever its misfit
 _LIKELY = 0.5  # of the misfit, that a candidate leaves at most for a test of it to be worth a run
 
 
@@ -174,6 +176,8 @@ def _leaving_least(
     for outlook in sorted(side_by_side(expected, plans), key=lambda one: one.worth, reverse=True):
         if best is not None and best.leaves >= outlook.leaves:
             break
+        if outlook.shows > 0.0 and all(one < _EXCLUDES for one in outlook.distances.values()):
+            continue  # it cannot show the others, or they are the same to it
         record = _simulated(outlook.plan, model, like, truth)
         found = _outlook(outlook.plan, left_beside(truth, [record], model, group), group)
         best = found if best is None else max(best, found, key=lambda one: one.worth)
