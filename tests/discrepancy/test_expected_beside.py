@@ -26,7 +26,7 @@ def truth(id_, **strengths):
 
 
 def outlooks(true, plan, group):
-    """Return what is expected to be left of a group, and what an explanation leaves."""
+    """Return which of a group are expected to stay open, and which stay open in an explanation."""
     record = recorded(PLANS[plan], MODEL, LIKE, true.parameters).measured
     expected = expected_beside(true, [], record, MODEL, group)
     explained = left_beside(true, [record], MODEL, group)

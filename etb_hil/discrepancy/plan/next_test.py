@@ -1,4 +1,4 @@
-"""The next test: the scenario whose record would leave least ambiguous.
+"""The next test: the scenario whose record would isolate most.
 
 Each plan is simulated with the cause as the truth. The information of its record tells which members of the ambiguity
 group it would exclude. The record of the best plan is explained, once with the cause as the truth and once with the
@@ -48,14 +48,14 @@ class Outlook:
     distances: dict[str, float] = field(default_factory=dict)
 
     @property
-    def leaves(self) -> tuple[int, int]:
-        """How little remains, and how much is isolated."""
+    def isolates(self) -> tuple[int, int]:
+        """How little stays open, and how much is isolated."""
         return -len(self.left), len(self.parted)
 
     @property
     def worth(self) -> tuple[int, int, float]:
         """The rank of a plan: how little remains, how much is isolated, how well it shows."""
-        return *self.leaves, self.shows
+        return *self.isolates, self.shows
 
 
 def next_test(
@@ -81,7 +81,7 @@ def next_test(
     left = found.ambiguity_group if best is None else best.left
 
     def find_plan(model: Model, group: Sequence[str]) -> Plan | None:
-        outcome = _leaving_least(plans, model, findings.balances[0], members(found), group)
+        outcome = _isolating_most(plans, model, findings.balances[0], members(found), group)
         return None if outcome is None else outcome.plan
 
     plan = None if best is None else best.plan
@@ -158,10 +158,10 @@ def _simulated(plan: Plan, model: Model, like: Balances, truth: Truth) -> Measur
     return recorded(plan, model, like, truth.parameters[:EXTENDED]).measured
 
 
-def _leaving_least(
+def _isolating_most(
     plans: Sequence[Plan], model: Model, like: Balances, truths: Sequence[Truth], group: Sequence[str]
 ) -> Outlook | None:
-    """Return the plan that leaves least of a group open; None where none isolates any.
+    """Return the plan that isolates most of a group; None where none isolates any.
 
     `truths`: the members of the ambiguity group, the assumed truth first. The record that is expected to isolate most
     is explained. So is the next one, as long as it is expected to isolate more than was found so far.
@@ -174,7 +174,7 @@ def _leaving_least(
 
     best: Outlook | None = None
     for outlook in sorted(side_by_side(expected, plans), key=lambda one: one.worth, reverse=True):
-        if best is not None and best.leaves >= outlook.leaves:
+        if best is not None and best.isolates >= outlook.isolates:
             break
         if outlook.shows > 0.0 and all(one < _EXCLUDES for one in outlook.distances.values()):
             continue  # it cannot show the others, or they are the same to it
@@ -188,7 +188,7 @@ def _best(findings: Findings, found: SelectionStep, plans: Sequence[Plan]) -> Ou
     """Return the plan that leaves least open, whichever of the likeliest two is true."""
     truth, *others = members(found)
     model, like, group = findings.model, findings.balances[0], found.ambiguity_group
-    best = _leaving_least(plans, model, like, [truth, *others], group)
+    best = _isolating_most(plans, model, like, [truth, *others], group)
     if best is None:
         return None
     for other in others[:1]:

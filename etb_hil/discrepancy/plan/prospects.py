@@ -105,17 +105,17 @@ def expected_beside(
     parameters = with_room(truth.parameters)
     record = made.record.placed(parameters)
     ids = [own_name(id_) for id_ in truth.ids]
-    true = _effects(record, made, parameters, ids[0], [])
-    if not true and not ids[0].startswith(PARAMETER):
+    of_truth = _effects(record, made, parameters, ids[0], [])
+    if not of_truth and not ids[0].startswith(PARAMETER):
         return None
     hypotheses = [*(one.ids for one in others), *((id_,) for id_ in group if not any(id_ in one.ids for one in others))]
-    asked, numbers = [*true], list[range]()
+    asked, numbers = [*of_truth], list[range]()
     for its in hypotheses:
         shapes = _effects(record, made, parameters, own_name(its[0]), others)
         numbers.append(range(len(asked), len(asked) + len(shapes)))
         asked += shapes
     known = information_of(record, parameters, _freed(made, truth.ids), asked)
-    number, sizes = (0, -parameters[[one.place for one in true[0].unknowns()]]) if true else (None, np.zeros(0))
+    number, sizes = (0, -parameters[[one.place for one in of_truth[0].unknowns()]]) if of_truth else (None, np.zeros(0))
     lost, without = known.without(number, sizes, made.unknowns)
     if lost < GAIN or without < NOTHING:
         return None
