@@ -1,6 +1,7 @@
 """Every observer on one reference set-up from the independent generator: error, delay and noise of the friction torque.
 
 Run: python benchmarks/observer_table.py [--sensor NAME]... [--part NAME]... [--observer NAME]... [--rate 1000|20000]...
+     python benchmarks/observer_table.py --draws N [--seed S]
 Torque, spring and inertia are known; the friction that the observers' model states is wrong (T_st by -39 %, sigma_0 by
 -50 % and by +50 %), and the worst of that and of two seeds of the sensor's noise is shown. Gains of the Kalman filter
 come from the sensor's data sheet and the model's stiction, those of the sliding modes from the data's bound and that
@@ -8,11 +9,14 @@ data sheet; the adaptive observer takes the stock model's tolerances. The second
 motions and other seeds. The third is the default plant in the reference's motions, the fourth likewise with motor
 constant, springs and inertia of the observers' model off inside the bench's tolerances, the worst of two draws. The
 other parts are the reference with a local bump of 25 %, with J 5 % and the springs 3 % off in the observers' model, and
-with friction of another law: falling with exp(-v), elasto-plastic bristles, Maxwell slip.
+with friction of another law: falling with exp(-v), elasto-plastic bristles, Maxwell slip, plain and generalised.
 Beside them stands the inverse model (torque less springs less J times the angle's second difference) through a
 zero-phase low-pass filter, whose cut-off is the best for each cell by the truth: nothing on a bench could choose it.
 The tables are Markdown; delays are those at the end of fast motion, noise gains N·m of friction for a mrad of noise;
 the last column is the share of errors inside two of the observer's own standard deviations, the least of all runs.
+
+With --draws N no tables of observers but how often errors of the default one are inside two standard deviations when
+its model is any within its tolerances: the share over N such models of one throttle, with 12 bits, in each motion.
 """
 
 from __future__ import annotations
@@ -22,8 +26,8 @@ import math
 from dataclasses import fields, replace
 
 import numpy as np
-from independent_throttle import Unit, off_by_tolerances, simulate
-from scipy.signal import butter, sosfiltfilt
+from independent_throttle import ELASTO_PLASTIC, GMS, MAXWELL_SLIP, Unit, off_by_tolerances, simulate
+from scipy.signal import butter, medfilt, sosfiltfilt
 from throttle_as_model import parameters
 
 from etb_hil.base.stock import find
@@ -105,7 +109,10 @@ def motion(unit, centre, *sines):
         angular = 2.0 * math.pi * frequency
         position += amplitude * np.sin(angular * time)
         velocity += amplitude * angular * np.cos(angular * time)
-    return simulate(unit, position, velocity, np.full(len(time), 2))
+    truth = simulate(unit, position, velocity, np.full(len(time), 2))
+    # An element of plain Maxwell slip that sticks for one step of the integration, while the plate slides, shows its
+    # damping in one sample: up to twice T_c that the plate never feels.
+    return replace(truth, friction=medfilt(truth.friction, 3))
 
 
 def reference_runs(unit):
@@ -168,6 +175,7 @@ def off_by_hand(unit):
 
 
 BUMPY = replace(REFERENCE, bump=0.25, bump_angle=0.9, bump_width=0.05)
+BENT = replace(REFERENCE, law=ELASTO_PLASTIC)
 PARTS = {
     "reference": ("reference", REFERENCE, reference_runs, exact, (0, 1)),
     "held-out": ("held out", HELD_OUT, held_out_runs, exact, (21, 22)),
@@ -175,8 +183,9 @@ PARTS = {
     "off": ("default plant, model off", Unit(), reference_runs, off, (0,)),
     "bump": ("reference with a local bump", BUMPY, reference_runs, exact, (31, 32)),
     "exponent-1": ("reference, exponent 1", replace(REFERENCE, exponent=1.0), reference_runs, exact, (41,)),
-    "elasto-plastic": ("reference, elasto-plastic", replace(REFERENCE, law=1.0), reference_runs, exact, (41,)),
-    "maxwell-slip": ("reference, Maxwell slip", replace(REFERENCE, law=2.0), reference_runs, exact, (41,)),
+    "elasto-plastic": ("reference, elasto-plastic", BENT, reference_runs, exact, (41,)),
+    "maxwell-slip": ("reference, Maxwell slip", replace(REFERENCE, law=MAXWELL_SLIP), reference_runs, exact, (41,)),
+    "gms": ("reference, generalised Maxwell slip", replace(REFERENCE, law=GMS), reference_runs, exact, (41,)),
     "reference-off": ("reference, model off", REFERENCE, reference_runs, off_by_hand, (31,)),
 }
 
@@ -217,6 +226,33 @@ def table(title, unit, runs, known, sensors, seeds, names, rates):
             print(f"| {name} | {' | '.join(cells)} | {ends} |", flush=True)
 
 
+def drawn(unit, rng):
+    """Return a model of a throttle that is off by its tolerances, those of friction and bristles too."""
+    model, half = parameters(off_by_tolerances(unit, rng)), tolerances(parameters(unit))
+    names = ("coulomb", "stiction", "bristle_stiffness", "viscous", "stribeck_velocity")
+    off = replace(model, **{name: getattr(model, name) + rng.uniform(-1, 1) * getattr(half, name) for name in names})
+    return replace(off, stiction=max(off.coulomb, off.stiction))
+
+
+def coverage(title, unit, draws, seed, rates):
+    """Print the share of errors inside two standard deviations over models that are off by their tolerances."""
+    measure, sensor = SENSORS["12 bits"]
+    for rate in rates:
+        every = 20000 // rate
+        for name, truth in reference_runs(unit).items():
+            shares, errors, true = [], [], truth.friction[::every]
+            time_ns = np.round(truth.time[::every] * 1e9).astype(np.int64)
+            for draw in range(draws):
+                rng = np.random.default_rng((seed, draw))
+                model = drawn(unit, rng)
+                observer = AdaptiveObserver(model, sensor, tolerances(model))
+                found = observer.push(time_ns, truth.current[::every], measure(truth.angle[::every], rng))
+                shares.append(within(found, true, rate))
+                errors.append(error_of(found.friction, true, rate, unit))
+            inside = f"{np.mean(shares):.1%} | {min(shares):.0%}"
+            print(f"| {title}, {name} {rate // 1000} kHz | {inside} | {np.median(errors):.1f} | {max(errors):.1f} |")
+
+
 def chosen(throttle, sensor, names):
     """Return the observers whose name holds one of some words, all without any."""
     rows = [*observers(throttle, sensor), INVERSE]
@@ -229,7 +265,14 @@ def main():
     parser.add_argument("--part", choices=PARTS, action="append", help="default: all")
     parser.add_argument("--observer", metavar="NAME", action="append", help="part of a row's name; default: all")
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
+    parser.add_argument("--draws", type=int, help="models of a throttle; prints how often deviations hold")
+    parser.add_argument("--seed", type=int, default=0, help="of the draws")
     options = parser.parse_args()
+    if options.draws:
+        print("| set-up | in 2 sd | worst model | median error in % of T_c | largest |\n|---|---|---|---|---|")
+        for title, unit in (("reference", REFERENCE), ("held out", HELD_OUT), ("default plant", Unit())):
+            coverage(title, unit, options.draws, options.seed, options.rate or (20000, 1000))
+        return
     for part in options.part or PARTS:
         title, unit, runs, known, seeds = PARTS[part]
         sensors, rates = options.sensor or SENSORS, options.rate or (20000, 1000)
