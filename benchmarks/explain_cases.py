@@ -10,7 +10,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "hidden"))
 
-from generator.case import make_case, make_pair
+from generator.case import make_case
 from generator.model_file import model_text
 from generator.separability import sealed
 
@@ -29,9 +29,9 @@ class HiddenCase:
         return sealed(self.case)
 
 
-def hidden_case(seed, effects=(), level="strong", *, pair=False, **options):
+def hidden_case(seed, effects=(), level="strong", **options):
     """Draw a case and hand it over as the tool would read it from its files."""
-    case = make_pair(seed, level, **options) if pair else make_case(seed, effects, level, **options)
+    case = make_case(seed, effects, level, **options)
     return HiddenCase(recording_of(case), model_of(case), case)
 
 

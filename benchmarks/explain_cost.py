@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 
 from explain_study import KINDS, drawn
-from generator.case import make_case, make_pair
+from generator.case import make_case
 from generator.files import sealed, write_case
 from generator.size import OutOfReachError
 
@@ -73,8 +73,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             at = Path(folder)
             try:
-                is_pair = options.kind == "pair"
-                case = make_pair(seed, level) if is_pair else make_case(seed, effects, level, form=form)
+                case = make_case(seed, effects, level, form=form)
             except OutOfReachError:
                 continue
             write_case(case, at / "open", at / "sealed.json")

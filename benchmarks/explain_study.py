@@ -4,8 +4,8 @@
         [--jobs 1] [--out FILE]
 
 KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than
-the catalogue's), pair, friction (T_c and T_st off by one factor), outside, removed (the effect's own term is no
-suspect), mix (all of them, and fewer sensors).
+the catalogue's), pair, triple (right with two of three), friction (T_c and T_st off by one factor), outside, removed
+(the effect's own term is no suspect), mix (all of them, and fewer sensors).
 Seeds 0 to 999 served for development. With --each, seeds whose effect was drawn N times before are passed over, so
 that every effect is judged as often; with --effects, those that draw none of these. Rows go to --out (rows.jsonl) as
 they come, each with the build that made it, so that a study can be cut short; started again with the same --out it goes
@@ -32,7 +32,7 @@ from explain_sizes import covered
 from explain_table import print_rates
 from explain_truth import truth_errors
 from generator import layout
-from generator.case import SINGLES, VIEWS
+from generator.case import SINGLES, VIEWS, together
 from generator.size import OutOfReachError
 from generator.wrong_parameter import FRICTION
 from scoring import score
@@ -47,7 +47,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.results.explanation import ExplanationResult
 from etb_hil.results.explanation_file import explanation_as_dict
 
-KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "friction", "outside", "removed", "mix")
+KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "triple", "friction", "outside", "removed", "mix")
 # kind, view, rate: what a mix draws in turn.
 MIX = (
     ("strong", "full", 2000), ("medium", "full", 2000), ("nothing", "full", 2000), ("outside", "full", 2000),
@@ -81,13 +81,14 @@ def drawn(kind, seed):
     if kind == "shape":
         effect, form = SHAPES[rng.integers(len(SHAPES))]
         return (effect,), level, form
-    if kind == "removed":
-        return (layout.CATALOGUE[rng.integers(len(layout.CATALOGUE))],), "strong", None
-    if kind == "friction":
-        return FRICTION, level, None
-    if kind == "outside":
-        return (layout.OUTSIDE[rng.integers(len(layout.OUTSIDE))],), level, None
-    return (), "strong", None
+    effects, level = {
+        "removed": (lambda: (layout.CATALOGUE[rng.integers(len(layout.CATALOGUE))],), "strong"),
+        "outside": (lambda: (layout.OUTSIDE[rng.integers(len(layout.OUTSIDE))],), level),
+        "friction": (lambda: FRICTION, level),
+        "pair": (lambda: together(seed, 2), "strong"),
+        "triple": (lambda: together(seed, 3), "strong"),
+    }.get(kind, (tuple, "strong"))
+    return effects(), level, None
 
 
 def declared(effects):
@@ -110,7 +111,7 @@ def true_within(floors, times=1.2):
 def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     """Explain one hidden case; return its score and what is worth keeping of it."""
     effects, level, form = drawn(kind, seed)
-    hidden = hidden_case(seed, effects, level, pair=kind == "pair", view=view, rate=rate, form=form)
+    hidden = hidden_case(seed, effects, level, view=view, rate=rate, form=form)
     begin = time.process_time()
     findings = searched(hidden, effects if kind == "removed" else ())
     seconds = time.process_time() - begin

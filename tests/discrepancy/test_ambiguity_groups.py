@@ -24,7 +24,7 @@ from explain_study import searched
         pytest.param(
             90386,
             ("current_sensor_offset", "hbridge_dead_time"),
-            {"pair": True},
+            {},
             id="a rival whose best shape is the end of its range",
         ),
         pytest.param(
@@ -60,7 +60,7 @@ from explain_study import searched
     ],
 )
 def test_a_cause_is_in_its_class_whatever_resembles_it(seed, effects, options):
-    findings = searched(hidden_case(seed, () if "pair" in options else effects, **options))
+    findings = searched(hidden_case(seed, effects, **options))
     classes = [{found.winner.id, *found.ambiguity_group} for found in findings.accepted]
     assert all(any(effect in one for one in classes) for effect in effects)
     assert all(one & set(effects) for one in classes)

@@ -10,6 +10,7 @@ _SAME_PARAMETER = (
     {"motor_constant", "back_emf_constant", "torque_constant", "back_emf", "torque_per_ampere"},
     {"motor_inertia", "throttle_inertia", "plate_inertia", "inertia"},
 )
+_NAMED = 2  # of several effects: both of a pair, two of three
 VISIBLE = 1.5  # residual over noise after calibration from which the goals ask for a name
 
 
@@ -64,8 +65,8 @@ def score(explanation, truth, *, removed=False, declared=()):
         )
     elif not names_something:
         outcome = verdict
-    elif truth["kind"] == "pair":
-        outcome = _pair(verdict, causes, true)
+    elif truth["kind"] == "several":
+        outcome = _several(verdict, causes, true)
     elif removed:
         strangers = [cause for cause in causes if cause[0] not in alike[true[0]] | set(declared)]
         outcome = "wrong_confident" if any(_confident(verdict, cause) for cause in strangers) else "honest"
@@ -103,13 +104,13 @@ def _single(verdict, causes, true, alike):
     return "right" if alike or _confident(verdict, causes[0]) else "honest"
 
 
-def _pair(verdict, causes, true):
+def _several(verdict, causes, true):
     found = {name for name in true for cause in causes if name in cause[1] | {cause[0]}}
-    # A confident cause must be one of the two; a look-alike of one of them is a wrong name all the same.
+    # A confident cause must be one of them; a look-alike of one of them is a wrong name all the same.
     strangers = [cause for cause in causes if not (cause[1] | {cause[0]}) & set(true)]
     if strangers:
         return "wrong_confident" if any(_confident(verdict, c) for c in strangers) else "wrong_class"
-    return "right" if len(found) == len(true) else "honest"
+    return "right" if len(found) >= _NAMED else "honest"
 
 
 def clopper_pearson(hits, count, confidence=0.95):

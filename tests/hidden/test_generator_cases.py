@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 from generator import layout as at
-from generator.case import SINGLES, make_case, make_pair
+from generator.case import SINGLES, make_case, together
 from generator.excitation import EXCITATIONS
 from generator.files import write_case
 from generator.recipes import PARAMETER_LIKE, RECIPES, look_alike
@@ -106,7 +106,7 @@ def test_a_wrong_parameter_lies_clearly_outside_its_tolerance_and_only_there():
 @pytest.mark.study
 def test_pairs_are_no_look_alikes_and_each_lands_in_its_band():
     for seed in range(3):
-        case = make_pair(seed, seconds=20.0)
+        case = make_case(seed, together(seed, 2), seconds=20.0)
         first, second = (entry["effect"] for entry in case.truth["effects"])
         assert not look_alike(first, second)
         assert not {first, second} & PARAMETER_LIKE

@@ -85,7 +85,19 @@ def test_an_effect_from_outside_the_catalogue(explanation, outcome):
     ],
 )
 def test_two_effects(explanation, outcome):
-    assert score(explanation, _truth("pair", "brush_drop", "iron_loss")).outcome == outcome
+    assert score(explanation, _truth("several", "brush_drop", "iron_loss")).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("explanation", "outcome"),
+    [
+        (_says("explained", ("brush_drop",), ("iron_loss",)), "right"),
+        (_says("explained", ("iron_loss",)), "honest"),
+        (_says("explained", ("brush_drop",), ("iron_loss",), ("supply_sag",)), "wrong_confident"),
+    ],
+)
+def test_of_three_effects_two_are_named_and_none_wrongly(explanation, outcome):
+    assert score(explanation, _truth("several", "brush_drop", "iron_loss", "cogging_torque")).outcome == outcome
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Cases: a measured table and a nominal model for the tool, the truth sealed beside them."""
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Case:
 def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40.0, rate=2000, view="full", form=None):
     """Hide `effects` in a record of a unit drawn from `seed`.
 
-    `effects`: none (nothing hidden, nominal up to 10 % off all the same), one or two ids of the catalogue or from
+    `effects`: none (nothing hidden, nominal up to 10 % off all the same), one to three ids of the catalogue or from
     outside it, one `parameter:<name>`, or several that are off by one factor. `rate` in Hz; `view`: what of the sensors
     the tool gets; `form`: the variant of the effects' curve, drawn where it is none. A draw that cannot reach its size
     is replaced by the next draw of the same seed; OutOfReachError after some of those.
@@ -53,14 +54,14 @@ def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40
     raise OutOfReachError(f"{effects} cannot be made {level} with the excitation {excitation}")
 
 
-def make_pair(seed, level="strong", **options):
-    """A case with two effects of the catalogue that are no look-alikes, and that no base parameter imitates."""
+def together(seed, count):
+    """Draw effects of the catalogue of which no two are look-alikes, and that no base parameter imitates."""
     rng = np.random.default_rng([seed, 2])
     alone = [name for name in at.CATALOGUE if name not in PARAMETER_LIKE]
     while True:
-        first, second = rng.choice(alone, 2, replace=False)
-        if not look_alike(first, second):
-            return make_case(seed, (str(first), str(second)), level, **options)
+        drawn = rng.choice(alone, count, replace=False)
+        if not any(look_alike(first, second) for first, second in combinations(drawn, 2)):
+            return tuple(str(one) for one in drawn)
 
 
 def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
@@ -126,7 +127,7 @@ def _kind(names):
     if not names:
         return "nothing"
     if len(names) > 1:
-        return "pair"
+        return "several"
     return "outside" if names[0] in at.OUTSIDE else "single"
 
 
