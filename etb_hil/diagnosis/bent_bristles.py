@@ -12,10 +12,11 @@ import numpy as np
 
 from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import StribeckFit, weights_of, weights_of_sliding
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.window_weights import weights_of
 from etb_hil.diagnosis.windows import Windows
-from etb_hil.observer.normal_equations import accumulate, inverse, times
+from etb_hil.observer.normal_equations import inverse, times
 from etb_hil.recording.samples import Float64
 
 
@@ -27,8 +28,9 @@ def unsure_by_bristles(
     The fit is by the paper's law, the uncertainty of first order. What windows that slide know nothing of differs by no
     more than its variance, and nothing is added to it.
     """
-    by_all, _ = _fitted(weights_of(ticks, windows, evidence, fit), prior, fit)
-    sliding, gradient = _fitted(weights_of_sliding(ticks, windows, evidence, fit), prior, fit)
+    weights = weights_of(ticks, windows, evidence, fit.parameters, fit.residual)
+    by_all, _ = _fitted(weights.of_all, prior, fit)
+    sliding, gradient = _fitted(weights.of_sliding, prior, fit)
     apart = times(sliding, gradient)
     error = np.sqrt(np.maximum(apart * apart - np.maximum(np.diag(sliding) - np.diag(by_all), 0.0), 0.0))
     return fit.with_error(np.where(apart < 0.0, -error, error))
@@ -36,7 +38,5 @@ def unsure_by_bristles(
 
 def _fitted(weight: Float64, prior: Prior, fit: StribeckFit) -> tuple[Float64, Float64]:
     """Return covariance (p, p) and gradient (p) of a fit's parameters by some windows."""
-    matrix, gradient = accumulate(fit.jacobian, fit.residual, weight)
-    matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
-    gradient += (prior.precision * (prior.mean - fit.parameters))[: prior.count]
+    matrix, gradient = prior.beside(fit.jacobian, fit.residual, weight, fit.parameters)
     return inverse(matrix), gradient

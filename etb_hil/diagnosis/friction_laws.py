@@ -20,8 +20,9 @@ from etb_hil.diagnosis.friction_model import AGEING, LOG_DAMPING, LOG_EXPONENT, 
 from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence
 from etb_hil.diagnosis.law_start import start_of_law
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import LITTLE, Linearised, StribeckFit, refit, weights_of_sliding
+from etb_hil.diagnosis.stribeck_fit import LITTLE, Linearised, StribeckFit, refit
 from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.window_weights import weights_of
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
 from etb_hil.recording.samples import Float64
@@ -64,7 +65,7 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
     before, makes it likelier than that one.
     """
     # the residuals of the paper's law bound the noise and the model error of every law
-    weight = weights_of_sliding(ticks, windows, evidence, usual)
+    weight = weights_of(ticks, windows, evidence, usual.parameters, usual.residual).of_sliding
     sliding = replace(evidence, counts=weight > 0.0)
 
     def extended(by: _Fitted, at: Linearised, more: tuple[int, ...]) -> _Fitted | None:

@@ -26,6 +26,7 @@ from etb_hil.diagnosis.friction_model import (
     VISCOUS,
 )
 from etb_hil.diagnosis.voltage_balance import VoltageBalance
+from etb_hil.observer.normal_equations import accumulate
 from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64
@@ -67,6 +68,15 @@ class Prior:
     precision: Float64
     stribeck_velocity: float
     count: int = USUAL
+
+    def beside(self, jacobian: Float64, residual: Float64, weight: Float64, q: Float64) -> tuple[Float64, Float64]:
+        """Return information (p, p) and gradient (p) of the fitted parameters at q (20).
+
+        They are those of windows with a residual (m), its Jacobian (m, p) and weights (m), together with the prior's.
+        """
+        matrix, gradient = accumulate(jacobian, residual, weight)
+        matrix[np.diag_indices(self.count)] += self.precision[: self.count]
+        return matrix, gradient + (self.precision * (self.mean - q))[: self.count]
 
 
 def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, balance: VoltageBalance | None) -> Prior:

@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.evidence import Evidence
@@ -25,12 +24,12 @@ from etb_hil.diagnosis.friction_model import (
     LOG_SPEED,
     VISCOUS,
     friction_along,
-    unsettled,
 )
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, USUAL, Prior
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.window_weights import kinds_of, mean_square, weights_by_kind, weights_of
 from etb_hil.diagnosis.windows import WINDOW, Windows, window_means
 from etb_hil.observer.normal_equations import accumulate, inverse, product, times
 from etb_hil.plant.exactmath import log
@@ -41,12 +40,6 @@ _ITERATIONS = 40
 _CONVERGED = 1e-3  # in standard errors
 LITTLE = 0.1  # of -2 log posterior density: a twentieth of what any likelihood ratio is judged by
 _SAME_VALLEY = 0.5  # in standard errors: as near as that to an end that was found, a descent comes to the same one
-_LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
-_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
-# Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
-# weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
-_KINDS = (0.02, 0.1, 0.5)
-_FEWEST = 100
 
 STICTION = {COULOMB: 1.0, DROP: 1.0}  # T_st as a sum of parameters
 
@@ -123,7 +116,7 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
             best = found
     if best is None:
         return None
-    return _refit(ticks, windows, evidence, prior, best[1], _kinds(ticks, windows, best[1].parameters), 0.0)
+    return _refit(ticks, windows, evidence, prior, best[1], kinds_of(ticks, windows, best[1].parameters), 0.0)
 
 
 def refit(
@@ -141,7 +134,7 @@ def refit(
     descent that lowers -2 log posterior density by no more than `little` has converged.
     """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
-    kind = _kinds(ticks, windows, start if kinds_at is None else kinds_at)
+    kind = kinds_of(ticks, windows, start if kinds_at is None else kinds_at)
     near = linearised(ticks, windows, evidence, start, prior.count)
     return _refit(ticks, windows, evidence, prior, near, kind, little)
 
@@ -151,40 +144,6 @@ def _refit(
 ) -> StribeckFit | None:
     weighed = _descend(ticks, windows, evidence, prior, start, None, kind, little)
     return None if weighed is None else _conclude(evidence, prior, weighed[1], kind)
-
-
-def weights_of_sliding(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
-    """Return the weights (m) of windows that slide, 0 where bristles are bent.
-
-    The weights are inverse variances, by the residual of a fit.
-    """
-    slides = (_bent(ticks, windows, fit.parameters) <= _KINDS[0]) & evidence.slides
-    return np.where(slides, weights_of(ticks, windows, evidence, fit), 0.0)
-
-
-def weights_of(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
-    """Return the weights (m) of all windows: inverse variances."""
-    return _weights(fit.residual, _kinds(ticks, windows, fit.parameters), evidence.counts)
-
-
-def _bent(ticks: Ticks, windows: Windows, q: Float64) -> Float64:
-    """Return the share (m) of sigma_0 by which bristles answer an error of the angle."""
-    return window_means(unsettled(ticks.angle, q), WINDOW, windows)
-
-
-def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
-    """Return the kind (m) of every window, by how far its bristles are bent.
-
-    Kinds count from 1 on, more bent ones later. The kind is 0 where too few windows are of one kind.
-    """
-    share = _bent(ticks, windows, q)
-    kind, named = np.zeros(len(windows), np.int64), 1
-    for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
-        inside = (share > least) & (share <= most)
-        if np.count_nonzero(inside) >= _FEWEST:
-            kind[inside] = named
-            named += 1
-    return kind
 
 
 def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
@@ -255,32 +214,6 @@ def _cost(residual: Float64, weight: Float64, q: Float64, prior_mean: Float64, p
     return total
 
 
-@njit(cache=True, error_model="numpy")
-def _mean_square(residual: Float64) -> float:
-    total = 0.0
-    for r in residual:
-        total += r * r
-    return total / len(residual)
-
-
-def _weights(residual: Float64, kind: Int64, counts: NDArray[np.bool_]) -> Float64:
-    """Return weights of windows (m), by the residuals of their kind.
-
-    Windows that overlap are counted for what they say; those that do not count weigh nothing. Bent bristles only add to
-    an error: their kinds never weigh more than what slides, which a local bump may spoil.
-    """
-    least = _LEAST_NOISE * _LEAST_NOISE
-    weight = np.full(len(residual), 1.0 / (_OVERLAP * max(_mean_square(residual[counts]), least)))
-    for k in range(1, int(kind.max()) + 1):
-        same = (kind == k) & counts
-        if not np.any(same):
-            continue
-        least = max(_mean_square(residual[same]), least)
-        weight[same] = 1.0 / (_OVERLAP * least)
-    weight[~counts] = 0.0
-    return weight
-
-
 def _descend(
     ticks: Ticks,
     windows: Windows,
@@ -298,10 +231,8 @@ def _descend(
     here, damping, growth, count = start, 1e-3, 2.0, prior.count
     for _ in range(_ITERATIONS):
         q, residual, jacobian = here.parameters, here.residual, here.jacobian
-        weight = _weights(residual, kind, evidence.counts)
-        matrix, gradient = accumulate(jacobian, residual, weight)
-        gradient += (prior.precision * (prior.mean - q))[:count]
-        matrix[np.diag_indices(count)] += prior.precision[:count]
+        weight = weights_by_kind(residual, kind, evidence.counts)
+        matrix, gradient = prior.beside(jacobian, residual, weight, q)
         cost = _cost(residual, weight, q, prior.mean, prior.precision)
         for _ in range(8):
             damped = matrix.copy()
@@ -330,7 +261,7 @@ def _descend(
             break
     # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
     # and the mean square orders the starts in the same way.
-    return _mean_square(here.residual[evidence.counts]), here
+    return mean_square(here.residual[evidence.counts]), here
 
 
 def _padded(values: Float64) -> Float64:
@@ -345,10 +276,9 @@ def _padded(values: Float64) -> Float64:
 
 def _conclude(evidence: Evidence, prior: Prior, found: Linearised, kind: Int64) -> StribeckFit | None:
     q, residual, jacobian = found.parameters, found.residual, found.jacobian
-    weight = _weights(residual, kind, evidence.counts)
-    matrix, _ = accumulate(jacobian, residual, weight)
-    held = np.diag(prior.precision[: prior.count])
-    bread = inverse(matrix + held)
+    weight = weights_by_kind(residual, kind, evidence.counts)
+    matrix, _ = prior.beside(jacobian, residual, weight, q)
+    held, bread = np.diag(prior.precision[: prior.count]), inverse(matrix)
     steps = segment_bootstrap(jacobian, residual, weight, evidence.cluster, held)
     known = np.zeros((PARAMETERS, PARAMETERS))
     known[: prior.count, : prior.count] = product(product(bread, held), bread)
@@ -371,8 +301,7 @@ def widened_by(
     friction of a place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
     q, jacobian = fit.parameters, fit.jacobian
-    weight = weights_of(ticks, windows, evidence, fit)
-    matrix, _ = accumulate(jacobian, fit.residual, weight)
-    matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
+    weight = weights_of(ticks, windows, evidence, fit.parameters, fit.residual).of_all
+    matrix, _ = prior.beside(jacobian, fit.residual, weight, q)
     moved = linearised(ticks, windows, replace(evidence, over_time=local), q, USUAL).residual
     return fit.with_error(times(inverse(matrix), accumulate(jacobian, moved - fit.residual, weight)[1]))

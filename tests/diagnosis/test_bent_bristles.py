@@ -11,8 +11,9 @@ from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.bent_bristles import unsure_by_bristles
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
-from etb_hil.diagnosis.stribeck_fit import refit, weights_of_sliding
+from etb_hil.diagnosis.stribeck_fit import refit
 from etb_hil.diagnosis.ticks import TickMaker
+from etb_hil.diagnosis.window_weights import weights_of
 
 ZERO = Zero(0.0, 1e-5, 1e-3, 0.0, 20.0)
 
@@ -37,7 +38,7 @@ def test_a_fit_to_windows_that_slide_is_about_a_standard_error_away_at_most(law)
         found = assessed(Unit(law=law, bristle_stiffness=stiffness), 20000)
         one = found.laws[0]
         parts = found.ticks, found.windows
-        weight = weights_of_sliding(*parts, found.evidence, one.fit)
+        weight = weights_of(*parts, found.evidence, one.fit.parameters, one.fit.residual).of_sliding
         sliding = replace(found.evidence, counts=weight > 0.0)
         alone = refit(*parts, sliding, one.prior, one.fit.parameters)
         for number in (COULOMB, VISCOUS, LOG_SPEED):

@@ -1,0 +1,89 @@
+"""Weights of the windows of a run in a fit: inverse variances, by what windows of their kind leave over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.compiled import njit
+from etb_hil.diagnosis.evidence import Evidence
+from etb_hil.diagnosis.friction_model import unsettled
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.windows import WINDOW, Windows, window_means
+from etb_hil.recording.samples import Float64, Int64
+
+_LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
+_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
+# Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
+# weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
+_KINDS = (0.02, 0.1, 0.5)
+_FEWEST = 100
+
+
+@dataclass(frozen=True, slots=True)
+class WindowWeights:
+    """Weights (m) of all windows, and of those alone that slide: 0 where bristles are bent."""
+
+    of_all: Float64
+    of_sliding: Float64
+
+
+def weights_of(
+    ticks: Ticks, windows: Windows, evidence: Evidence, parameters: Float64, residual: Float64
+) -> WindowWeights:
+    """Return the weights of windows by the parameters (20) and the residual (m) of a fit."""
+    bent = _bent(ticks, windows, parameters)
+    of_all = weights_by_kind(residual, _kinds(bent), evidence.counts)
+    return WindowWeights(of_all, np.where((bent <= _KINDS[0]) & evidence.slides, of_all, 0.0))
+
+
+def kinds_of(ticks: Ticks, windows: Windows, parameters: Float64) -> Int64:
+    """Return the kind (m) of every window, by how far its bristles are bent.
+
+    Kinds count from 1 on, more bent ones later. The kind is 0 where too few windows are of one kind.
+    """
+    return _kinds(_bent(ticks, windows, parameters))
+
+
+def _bent(ticks: Ticks, windows: Windows, parameters: Float64) -> Float64:
+    """Return the share (m) of sigma_0 by which bristles answer an error of the angle."""
+    return window_means(unsettled(ticks.angle, parameters), WINDOW, windows)
+
+
+def _kinds(bent: Float64) -> Int64:
+    kind, named = np.zeros(len(bent), np.int64), 1
+    for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
+        inside = (bent > least) & (bent <= most)
+        if np.count_nonzero(inside) >= _FEWEST:
+            kind[inside] = named
+            named += 1
+    return kind
+
+
+def weights_by_kind(residual: Float64, kind: Int64, counts: NDArray[np.bool_]) -> Float64:
+    """Return weights of windows (m), by the residuals of their kind.
+
+    Windows that overlap are counted for what they say; those that do not count weigh nothing. Bent bristles only add to
+    an error: their kinds never weigh more than what slides, which a local bump may spoil.
+    """
+    least = _LEAST_NOISE * _LEAST_NOISE
+    weight = np.full(len(residual), 1.0 / (_OVERLAP * max(mean_square(residual[counts]), least)))
+    for k in range(1, int(kind.max()) + 1):
+        same = (kind == k) & counts
+        if not np.any(same):
+            continue
+        least = max(mean_square(residual[same]), least)
+        weight[same] = 1.0 / (_OVERLAP * least)
+    weight[~counts] = 0.0
+    return weight
+
+
+@njit(cache=True, error_model="numpy")
+def mean_square(residual: Float64) -> float:
+    """Return the mean square of residuals."""
+    total = 0.0
+    for r in residual:
+        total += r * r
+    return total / len(residual)
