@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.api.arguments import checked
+from etb_hil.base.errors import InputError, Problem
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,7 +83,8 @@ def history(
 
     A store on a server is named by its URL. `part` (its number) and `serial` choose runs, and so do `since` and `until`
     (UTC, as 2026-11-24 or 2026-11-24T08:00) and the `latest` so many.
-    Raises InputError where a source is none of these, holds no finished run, or scipy is not installed.
+    Raises InputError where a source is none of these or holds no finished run, where `since`, `until` or `latest` is
+    none, or scipy is not installed.
     """
     from etb_hil.api.recordings import library
 
@@ -92,16 +94,18 @@ def history(
     from etb_hil.histories.runs import read_runs
     from etb_hil.store.address import sessions_among, store_address
     from etb_hil.store.run import TEMPERATURE
-    from etb_hil.store.selection import Selection
+    from etb_hil.store.selection import Selection, moment
 
+    if latest is not None and latest < 1:
+        raise InputError(Problem("latest: so many runs cannot be read", value=latest, allowed="1 or more"))
     named = [sources] if isinstance(sources, str | Path) else [*sources]
     places = [store_address(one) for one in sessions_among(named, or_store=True)]
     serials = None if serial is None else (serial,)
     selection = Selection(
         part,
         serials=serials,
-        since=since,
-        until=until,
+        since=moment("since", since),
+        until=moment("until", until),
         latest=latest,
         measured=(*FRICTION, TEMPERATURE),
         and_limited=True,

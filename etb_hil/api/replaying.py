@@ -76,7 +76,7 @@ def replay(
     )
     load_plugins(files.bench)
     files.read()
-    tasks = tasks_for(paths, [(files, channel)], own_model, own_limits)
+    tasks = tasks_for(paths, [(files, channel)], own_model, own_limits, observer=observer)
     if dask is not None:
         outcomes = DaskWorkers(dask)(tasks)
     else:

@@ -214,7 +214,11 @@ def execute(
             has_room = (spent_ns + lasted_ns) * 1e-9 <= job.setup.bench.limits.duration
             if not (has_room and is_tried_again(job.scenario.content.retry, finished.results, attempt)):
                 break
-            set_aside(session, attempt)
+            try:
+                set_aside(session, attempt)
+            except OSError as error:
+                warnings.append(f"attempt {attempt} counts: there is no room for another one ({error})")
+                break
             attempt += 1
         finished = replace(_counted(finished), warnings=tuple(warnings))
     if signals is None and finished.record.outcome is not BenchOutcome.ABORTED:

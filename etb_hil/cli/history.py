@@ -29,20 +29,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the history of each part; write tables and plots into a named folder."""
     from etb_hil.api.past import history as history_of
+    from etb_hil.base.errors import InputError, Problem
 
+    if options.rows < 1:
+        raise InputError(Problem("--rows: so many runs cannot be printed", value=options.rows, allowed="1 or more"))
     past = history_of(
         options.sources,
         part=options.part,
         serial=options.serial,
         since=options.since,
         until=options.until,
-        latest=None if options.latest is None else max(options.latest, 1),
+        latest=options.latest,
     )
     from etb_hil.report.history_text import history_text  # after `history_of`, which says what is not installed
 
     found = past.parts
     for history in found:
-        print(history_text(history, max(options.rows, 1)))
+        print(history_text(history, options.rows))
     for note in past.notes:
         print(f"note: {note}")
     if options.out is not None:
@@ -52,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.report.history_temperature_plot import plot_over_temperature
 
         pages = write_tables(found, options.out)
-        pages.insert(0, write_history_page(found, options.out / PAGE_NAME, max(options.rows, 1), past.notes))
+        pages.insert(0, write_history_page(found, options.out / PAGE_NAME, options.rows, past.notes))
         for number, history in enumerate(found, 1):
             which = "" if len(found) == 1 else f"-{number}"
             pages.append(options.out / f"history{which}.png")

@@ -23,7 +23,7 @@ def replay_session(options: argparse.Namespace) -> int:
     model, limits = own_rules(options)
     finished = replay(options.sources[0], model, limits, window_of(options), options.observer)
     print(verdict_text(finished.results, columns=columns()))
-    for note in finished.analysis.recording.notes:
+    for note in (*finished.warnings, *finished.analysis.recording.notes):
         say("Note", note)
     return against_baseline(baseline, finished.results, _compared(options, finished))
 

@@ -6,6 +6,7 @@ The command also says which sessions need not be kept.
 from __future__ import annotations
 
 import argparse
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,17 +73,20 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _keep(options: argparse.Namespace, rules: Retention, store: StoreAddress, now: datetime) -> None:
-    from etb_hil.station.retention import expired, remove
+    from etb_hil.station.retention import expired
     from etb_hil.store.reading import known_runs
 
     known = known_runs(store) if store.is_server or store.path.is_file() else set[str]()
     found = expired(options.out, rules, known, now)
     size = sum(session.size for session in found) / _MB
     for session in found:
-        print(
-            f"{'deleted' if options.tidy else 'expired':9} {session.folder.name}, {session.age / _DAY_S:.0f} days old"
-        )
-    if options.tidy:
-        remove(found)
+        state, why = "expired", ""
+        if options.tidy:
+            try:
+                shutil.rmtree(session.folder)
+                state = "deleted"
+            except OSError as error:
+                state, why = "kept", f": {error}"
+        print(f"{state:9} {session.folder.name}, {session.age / _DAY_S:.0f} days old{why}")
     also = "" if options.tidy or not found else "; --tidy deletes them"
     print(f"sessions  {len(found)} need not be kept any longer ({size:.0f} MB){also}")

@@ -30,10 +30,11 @@ def run(options: argparse.Namespace) -> int:
     """
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.store.address import store_address
-    from etb_hil.store.selection import Selection
+    from etb_hil.store.selection import Selection, moment
     from etb_hil.store.upkeep import copy_runs, delete_runs, summary
 
-    selection = Selection(options.part, since=options.since, until=options.until)
+    since, until = moment("--since", options.since), moment("--until", options.until)
+    selection = Selection(options.part, since=since, until=until)
     if options.delete and selection == Selection():
         remedy = "name the runs by --until, --since or --part; sessions stay, whatever is deleted here"
         raise InputError(Problem("--delete would delete every run of the store", remedy=remedy))

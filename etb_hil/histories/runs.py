@@ -67,8 +67,10 @@ def _of_source(source: Path | StoreAddress, selection: Selection, notes: list[st
                 "no such file or folder", Place(path), allowed="a session, a folder of sessions, or a store of results"
             )
         )
-    folders = [path] if (path / MANIFEST).is_file() else _sessions(path)
-    runs = [run for run in _of_sessions(folders, notes) if selection.takes(run)]
+    if (path / MANIFEST).is_file():
+        named = _of_session(path)
+        return [named] if named is not None and selection.takes(named) else []
+    runs = [run for run in _of_sessions(_sessions(path), notes) if selection.takes(run)]
     stored = _of_store(StoreAddress(path / STORE), selection) if (path / STORE).is_file() else []
     return [*stored, *(run for run in waiting_runs(Queue(path).rows()) if selection.takes(run)), *runs]
 
@@ -86,16 +88,26 @@ def _sessions(folder: Path) -> list[Path]:
 def _of_sessions(folders: Iterable[Path], notes: list[str]) -> Iterator[Run]:
     unfinished = 0
     for folder in folders:
-        session = open_session(folder)
-        if not session.has_results:
-            unfinished += 1
-            continue
         try:
-            yield run_of_results(session.read_results())
-        except TypeError as error:
-            raise InputError(Problem(f"is damaged: {error}", Place(folder / RESULTS))) from None
+            run = _of_session(folder)
+        except InputError as error:  # one of thousands
+            notes.append(f"left out: {error}")
+            continue
+        if run is None:
+            unfinished += 1
+        else:
+            yield run
     if unfinished:
         notes.append(f"{unfinished} sessions have no results: replay them to have them counted")
+
+
+def _of_session(folder: Path) -> Run | None:
+    """Return the run of a session, None where it has no results; InputError where it is damaged."""
+    session = open_session(folder)
+    try:
+        return run_of_results(session.read_results()) if session.has_results else None
+    except TypeError as error:
+        raise InputError(Problem(f"is damaged: {error}", Place(folder / RESULTS))) from None
 
 
 def run_of_results(results: RunResult) -> Run:

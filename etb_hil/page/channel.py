@@ -95,8 +95,6 @@ class Channel:
             return True
         finally:
             os.close(descriptor)
-        with contextlib.suppress(ChildProcessError):  # of another page's run
-            os.waitpid(-1, os.WNOHANG)
         return False
 
     def signal(self, number: signal.Signals) -> bool:

@@ -28,6 +28,9 @@ def main() -> int:
     except (EtbHilError, OSError, KeyboardInterrupt) as error:
         _say(str(error))
         return 2
+    except Exception as error:
+        _say(f"{type(error).__name__}: {error}")  # nobody reads what a traceback says there
+        raise
     _say(answer.verdict)
     return 0
 

@@ -51,10 +51,15 @@ class Explaining:
 
     async def _follow(self, session: Path) -> None:
         pipe, quiet = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
-        self._process = process = await asyncio.create_subprocess_exec(
-            *LAST_OF_ALL, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
-            stdin=quiet, stdout=pipe, stderr=quiet,
-        )  # fmt: skip
+        try:
+            self._process = process = await asyncio.create_subprocess_exec(
+                *LAST_OF_ALL, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
+                stdin=quiet, stdout=pipe, stderr=quiet,
+            )  # fmt: skip
+        except OSError as error:
+            self.status, self.said = "failed", str(error)
+            self.changed()
+            return
         assert process.stdout is not None  # noqa: S101 (it is piped)
         async for line in process.stdout:
             with contextlib.suppress(ValueError):

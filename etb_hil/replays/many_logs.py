@@ -50,6 +50,7 @@ class Task:
     key: str
     model: Path | None = None
     limits: Path | None = None
+    observer: str | None = None
     segment_s: float = SEGMENT_S
     channel: int | None = None
     window: Window | None = None
@@ -62,12 +63,14 @@ def tasks_for(
     limits: Path | None,
     segment_s: float = SEGMENT_S,
     window: Window | None = None,
+    observer: str | None = None,
 ) -> list[Task]:
     """Return a task a session, and a task a log and unit.
 
     A unit is its files, and the channel if not all are its own.
 
-    `model` and `limits` overrule a session's. A source that cannot be read is a task too: its outcome says so.
+    `model`, `limits` and `observer` overrule a session's. A source that cannot be read is a task too: its outcome says
+    so.
     """
     model, limits = (path.absolute() if path else None for path in (model, limits))
     own = [read_bytes(path) if path else b"" for path in (model, limits)]
@@ -78,10 +81,10 @@ def tasks_for(
     found = {}
     for source in (path.absolute() for path in sources):
         is_session = (source / MANIFEST).is_file()
-        what = [f"{source} {__version__} {segment_s} {window}", *_state(source, is_session=is_session)]
+        what = [f"{source} {__version__} {segment_s} {window} {observer}", *_state(source, is_session=is_session)]
         for rules, channel, unit in [(None, None, "")] if is_session else judged_by:
             key = hashlib.sha256(b"\0".join([*(text.encode() for text in (*what, unit)), *own])).hexdigest()[:24]
-            found[key] = Task(source, rules, key, model, limits, segment_s, channel, window)
+            found[key] = Task(source, rules, key, model, limits, observer, segment_s, channel, window)
     return list(found.values())
 
 
@@ -192,12 +195,12 @@ def _about(task: Task, status: str) -> Outcome:
 def _judged(task: Task) -> Outcome:
     about = _about(task, JUDGED)
     if task.rules is None:
-        finished = replay(task.source, task.model, task.limits, task.window)
+        finished = replay(task.source, task.model, task.limits, task.window, task.observer)
         part, differs = part_of(finished, finished.record.start_ns), None
-        if not (task.model or task.limits or task.window) and finished.session.has_results:
+        if not (task.model or task.limits or task.observer or task.window) and finished.session.has_results:
             differs, code = compare_with_live(finished)
             part = replace(part, exit_code=int(code))
-        notes = "\n".join(finished.analysis.recording.notes)
+        notes = "\n".join([*finished.warnings, *finished.analysis.recording.notes])
         return replace(about, judged=part, segments=1, notes=notes, differs=differs)
     frames = Frames([task.source], task.channel, task.window)
     job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)

@@ -39,19 +39,23 @@ def set_aside(session: Session, attempt: int) -> Path:
     Return that folder.
 
     The folder gets its name when it is whole, and only then is anything taken away: whoever is killed on the way leaves
-    a session that can be replayed.
+    a session that can be replayed. OSError where there is no room for it: then nothing has changed.
     """
     folder = session.folder / FOLDER / str(attempt)
     part = folder.with_suffix(".part")
-    shutil.copytree(session.folder / "inputs", part / "inputs")
-    shutil.copyfile(session.folder / MANIFEST, part / MANIFEST)
     photos = session.folder / of_prompts.FOLDER
-    if photos.is_dir():
-        shutil.copytree(photos, part / photos.name)
     left = (RESULTS, SUMS, EVENTS, RAW_LOG)
-    for name in left:
-        _link(session.folder / name, part / name)
-    part.rename(folder)
+    try:
+        shutil.copytree(session.folder / "inputs", part / "inputs")
+        shutil.copyfile(session.folder / MANIFEST, part / MANIFEST)
+        if photos.is_dir():
+            shutil.copytree(photos, part / photos.name)
+        for name in left:
+            _link(session.folder / name, part / name)
+        part.rename(folder)
+    except OSError:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
     for name in left:
         (session.folder / name).unlink()
     shutil.rmtree(photos, ignore_errors=True)

@@ -19,7 +19,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.quantity import dimension_of_unit, parse_quantity, tidy_unit, to_si
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.scenario.phases import LOG
 
 if TYPE_CHECKING:
@@ -101,9 +101,14 @@ class Comparison:
 def load_baseline(path: Path) -> Document[Baseline]:
     """Read a baseline file.
 
-    InputError lists every problem with file, line, key and value.
+    InputError lists every problem with file, line, key and value. A number whose measurement has another unit is one of
+    them.
     """
-    return load(path, Baseline)
+    baseline = load(path, Baseline)
+    for name in baseline.content.numbers:
+        if (kind := kind_of(name)) is not None:
+            _require_unit(baseline, name, kind.unit)
+    return baseline
 
 
 def compare(baseline: Document[Baseline], results: RunResult) -> list[Comparison]:
@@ -133,11 +138,16 @@ def _compared(baseline: Document[Baseline], name: str, found: Measurement | None
     wanted = f"{entry.value} within {entry.tolerance}"
     if found is None or found.value is None:
         return Comparison(name, wanted, "not measured", agrees=False)
-    if dimension_of_unit(found.unit) != entry.dimension:
-        place = baseline.place("numbers", name, "value")
-        raise InputError(Problem(f"{name} is measured in {found.unit}", place, entry.value, remedy="correct the unit"))
+    _require_unit(baseline, name, found.unit)
     shown = f"{found.value:.6g} {found.unit}".removesuffix(" 1")
     return Comparison(name, wanted, shown, abs(found.value - entry.si) <= entry.width)
+
+
+def _require_unit(baseline: Document[Baseline], name: str, unit: str) -> None:
+    entry = baseline.content.numbers[name]
+    if dimension_of_unit(unit) != entry.dimension:
+        place = baseline.place("numbers", name, "value")
+        raise InputError(Problem(f"{name} is measured in {unit}", place, entry.value, remedy="correct the unit"))
 
 
 def baseline_text(results: RunResult, description: str) -> str:

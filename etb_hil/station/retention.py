@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
@@ -38,15 +37,15 @@ def expired(folder: Path, rules: Retention, in_store: Iterable[str], now: dateti
             session = open_session(path)
             passed = session.has_results and session.read_results().unit.verdict is UnitVerdict.PASS
             age = (now - datetime.fromisoformat(session.started)).total_seconds()
-        except (InputError, KeyError, TypeError, ValueError):  # damaged: for people to look at
+            if session.run_id in kept and age > (rules.passed if passed else rules.other):
+                size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
+                found.append(Expired(path, age, size))
+        except (
+            InputError,
+            OSError,
+            KeyError,
+            TypeError,
+            ValueError,
+        ):  # damaged, or just deleted
             continue
-        if session.run_id in kept and age > (rules.passed if passed else rules.other):
-            size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
-            found.append(Expired(path, age, size))
     return found
-
-
-def remove(sessions: Iterable[Expired]) -> None:
-    """Delete sessions for good."""
-    for session in sessions:
-        shutil.rmtree(session.folder)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.store.run import Run
 
 
@@ -40,3 +42,19 @@ class Selection:
 
 
 EVERYTHING = Selection()
+
+
+def moment(name: str, text: str | None) -> str | None:
+    """Return a time that somebody named, as the starts of runs are written.
+
+    `name` is that of the option. InputError where it is no time: runs are compared with it as text, and are deleted by
+    it.
+    """
+    if text is None:
+        return None
+    try:
+        at = datetime.fromisoformat(text.strip())
+    except ValueError:
+        allowed = "2026-11-24 or 2026-11-24T08:00, UTC where no offset follows"
+        raise InputError(Problem(f"{name} must be a time", value=text, allowed=allowed)) from None
+    return (at if at.tzinfo is None else at.astimezone(UTC).replace(tzinfo=None)).isoformat()

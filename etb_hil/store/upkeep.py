@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.store.address import StoreAddress
-from etb_hil.store.connection import connected, require_schema
+from etb_hil.store.connection import StoreDown, connected, require_schema
 from etb_hil.store.reading import chosen_runs, joined_runs, opened, reading
 from etb_hil.store.row_values import CHILDREN, RunRows
 from etb_hil.store.schema import files, metadata, run_files, runs
@@ -85,17 +86,21 @@ def copy_runs(source: StoreAddress, target: StoreAddress, selection: Selection) 
 
     Return how many were new there, and how many were known.
 
-    Raises InputError where one of the stores is missing or does not answer, StoreDown where the target fails on the
-    way: what it has by then, it keeps, and a further copy adds the rest.
+    Raises InputError where one of the stores is missing or does not answer, or the target fails on the way: what it has
+    by then, it keeps, and a further copy adds the rest.
     """
-    require_schema(target)
     new = known = 0
-    with reading(source) as connection, connected(target, patient=True) as there:
-        ids = connection.scalars(sa.select(joined_runs(selection).c.id)).all()
-        for first in range(0, len(ids), _AT_ONCE):
-            for rows in _rows_of(connection, ids[first : first + _AT_ONCE]):
-                added = write_run(target, there, rows, lambda file: _content(connection, file))
-                new, known = new + added, known + (not added)
+    try:
+        require_schema(target)
+        with reading(source) as connection, connected(target, patient=True) as there:
+            ids = connection.scalars(sa.select(joined_runs(selection).c.id)).all()
+            for first in range(0, len(ids), _AT_ONCE):
+                for rows in _rows_of(connection, ids[first : first + _AT_ONCE]):
+                    added = write_run(target, there, rows, lambda file: _content(connection, file))
+                    new, known = new + added, known + (not added)
+    except StoreDown as error:
+        what = f"runs cannot be copied: {error}"
+        raise InputError(Problem(what, Place(str(target)), remedy="copy again; what was copied stays")) from None
     return new, known
 
 

@@ -114,3 +114,10 @@ def test_the_report_on_request(faulty, tmp_path):
     path = faulty.report(tmp_path / "page")
     assert path == tmp_path / "page" / "report.html"
     assert "FAIL" in path.read_text()
+
+
+def test_a_session_is_replayed_with_another_observer(faulty):
+    (own,), (other,) = etb.replay(faulty.folder), etb.replay(faulty.folder, observer="angle")
+    assert own.verdict is other.verdict is etb.UnitVerdict.FAIL
+    (unknown,) = etb.replay(faulty.folder, observer="nosuch")
+    assert "nosuch" in unknown.error

@@ -209,3 +209,21 @@ def test_without_scipy_the_command_says_how_to_get_it(tmp_path):
     code = "import sys; sys.modules['scipy'] = None; from etb_hil.cli.main import main; sys.exit(main(['history']))"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (2, "scipy is not installed; pip install 'etb-hil[history]'\n")
+
+
+def test_a_damaged_session_costs_itself_alone(sessions, capsys):
+    (sessions / STORE).unlink()
+    first, second = sorted(path.parent for path in sessions.glob("*/results.json"))
+    (first / "session.json").write_text("{")
+    runs, notes = read_runs([sessions])
+    assert [run.run_id for run in runs] == [second.name]
+    assert any(note.startswith("left out: ") and str(first) in note for note in notes)
+    assert main(["history", str(sessions)]) == 0
+    assert f"{first}" in capsys.readouterr().out
+    assert main(["history", str(first)]) == 2  # it alone was asked for
+
+
+@pytest.mark.parametrize("words", [["--latest", "0"], ["--latest", "-1"], ["--rows", "0"], ["--since", "yesterday"]])
+def test_a_selection_that_is_none_is_refused(sessions, capsys, words):
+    assert main(["history", str(sessions), *words]) == 2
+    assert words[0].removeprefix("--") in capsys.readouterr().err

@@ -174,7 +174,7 @@ def test_a_replay_without_a_plugin_says_which_is_missing(part, scenario, limits,
         assert f"the plug-in {file.name} took part in the run and is not here" in str(refused.value)
 
 
-def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_path):
+def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_path, capsys):
     file = part("nudge_current")
     plugins.load(file)
     run = etb.run("friction_check", folder=tmp_path)
@@ -184,6 +184,9 @@ def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_
     file.write_text(file.read_text("utf-8") + "# another one\n", "utf-8")
     plugins.load(file)
     assert etb.Run.open(run.folder).warnings == ("the plug-in nudge_current.py was changed since the run",)
+    capsys.readouterr()
+    main(["replay", str(run.folder)])
+    assert "the plug-in nudge_current.py was changed since the run" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_session_from_elsewhere_never_runs_code(part, tmp_path):

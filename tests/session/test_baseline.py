@@ -156,3 +156,8 @@ def test_values_without_interval_width_or_known_unit_are_not_expected():
     text = baseline_text(run_of(*others, Measurement("windows", "windows", 10.0, "1", 9.0, 11.0), verdict=None), "x")
     assert text.endswith("numbers:\n  windows: {value: 10, tolerance: 2}\n")
     assert "verdict:" not in text
+
+
+def test_another_unit_than_a_measurement_has_is_refused_before_a_run(baseline):
+    with pytest.raises(InputError, match=r"baseline\.yaml:2: numbers\.T_st\.value: T_st is measured in N·m"):
+        baseline("{T_st: {value: 0.2 V, tolerance: 5 %}}")

@@ -109,3 +109,12 @@ def test_the_earlier_attempts_are_told_in_their_order_with_what_decided_each(ses
         Attempt(2, FAULT, None, "bench_reason", "attempts/2"),
         Attempt(3, OK, INCONCLUSIVE, "unit_reason", "attempts/3"),
     )
+
+
+def test_an_attempt_that_cannot_be_set_aside_stays_where_it_is(session):
+    finish(session, photo=True)
+    (session.folder / "attempts").write_bytes(b"")  # as a full disk, this lets no folder be made
+    before = names(session.folder)
+    with pytest.raises(OSError, match="attempts"):
+        set_aside(session, 1)
+    assert names(session.folder) == before

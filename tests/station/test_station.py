@@ -15,7 +15,7 @@ from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create, open_session
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
-from etb_hil.station.retention import expired, remove
+from etb_hil.station.retention import expired
 from etb_hil.station.station_file import Retention, load_station
 from etb_hil.store.address import STORE, StoreAddress
 from etb_hil.store.queue import Queue
@@ -159,10 +159,6 @@ def test_sessions_are_kept_as_long_as_they_must(tmp_path):
     (made["fail"].folder / "session.json").write_text("{")
     late = expired(tmp_path, rules, ids | {linked.run_id}, now + timedelta(days=731))
     assert {each.folder for each in late} == {made["pass"].folder, made[None].folder}
-    remove(late)
-    assert not made["pass"].folder.exists()
-    assert made["fail"].folder.exists()
-    assert open_session(linked.folder)
 
 
 def in_store(folder, serial, *, stiction=0.171):
@@ -228,3 +224,19 @@ def test_a_station_file_beside_the_bench_file_is_found(tmp_path, capsys):
     written(tmp_path, ("bench: virtual_classic", "bench: bench.yaml"))
     assert main(["run", "--bench", str(bench), "--out", str(tmp_path / "s"), "--serial", "nothing of ours"]) == 2
     assert "no part of this station" in capsys.readouterr().err
+
+
+def test_tidying_deletes_what_need_not_be_kept_and_says_what_stays(tmp_path, capsys):
+    sessions, queue = tmp_path / "sessions", Queue(tmp_path / "sessions")
+    old, new = session(sessions, "ETB-0001", "pass"), session(sessions, "ETB-0002", "pass")
+    for made in (old, new):
+        queue.add(made.read_results(), made.folder)
+    assert queue.deliver(StoreAddress(sessions / STORE)).arrived == 2
+    manifest = old.folder / "session.json"
+    manifest.write_text(manifest.read_text("utf-8").replace(old.started, "2020-01-01T00:00:00+00:00"), "utf-8")
+    main(["station", str(EXAMPLE), "--out", str(sessions)])
+    assert f"expired   {old.folder.name}" in capsys.readouterr().out
+    main(["station", str(EXAMPLE), "--out", str(sessions), "--tidy"])
+    assert f"deleted   {old.folder.name}" in capsys.readouterr().out
+    assert not old.folder.exists()
+    assert new.folder.is_dir()

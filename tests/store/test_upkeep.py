@@ -74,3 +74,26 @@ def test_what_is_no_store_is_named(tmp_path, capsys):
     assert "none.db" in capsys.readouterr().err
     assert main(["store", "postgresql://b:s3cret@lab/db"]) == 2
     assert "s3cret" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--since", "--until"])
+@pytest.mark.parametrize("text", ["yesterday", "31.12.2026", "2026-13-01", ""])
+def test_what_is_no_time_deletes_nothing(filled, capsys, option, text):
+    assert main(["store", str(filled), "--delete", option, text]) == 2
+    said = capsys.readouterr().err
+    assert f"{option} must be a time" in said
+    assert "2026-11-24T08:00" in said
+    assert len(read_store(filled)) == 6
+
+
+@pytest.mark.parametrize("text", ["2026-11-24T08:00:04", "2026-11-24 08:00:04", "2026-11-24T09:00:04+01:00"])
+def test_a_time_selects_the_same_runs_however_it_is_written(filled, capsys, text):
+    assert main(["store", str(filled), "--since", text]) == 0
+    assert "runs 2," in capsys.readouterr().out
+    assert main(["store", str(filled), "--until", text]) == 0
+    assert "runs 4," in capsys.readouterr().out
+
+
+def test_a_store_that_cannot_be_written_is_bad_input_and_no_fault_of_the_bench(filled, tmp_path, capsys):
+    assert main(["store", str(filled), "--copy-to", str(tmp_path / "nowhere" / "results.db")]) == 2
+    assert "runs cannot be copied" in capsys.readouterr().err
