@@ -74,7 +74,6 @@ class Answer:
 def explain(
     recordings: Sequence[Recording],
     model: Model,
-    without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda _: None,
     limits: Limits | None = None,
     judge: Judge | None = None,
@@ -85,10 +84,10 @@ def explain(
 ) -> Answer:
     """Explain the first of some recordings by a model; test the causes on the others.
 
-    All recordings are of one kind of unit. `without`: effects that are not tested. With `limits` the answer says what
-    the causes change in the diagnosis; `judge` diagnoses the first recording as the bench does that made it.
-    `is_same_unit`: all recordings are of one unit, so that what one of them isolates is isolated in the answer. `plans`
-    makes the scenarios from which the next test is chosen.
+    All recordings are of one kind of unit. With `limits` the answer says what the causes change in the diagnosis;
+    `judge` diagnoses the first recording as the bench does that made it. `is_same_unit`: all recordings are of one
+    unit, so that what one of them isolates is isolated in the answer. `plans` makes the scenarios from which the next
+    test is chosen.
 
     Data too slow to name causes are fitted in free run where a condition has the values `fit_on`, and judged elsewhere.
     An interrupt ends the work with what is known by then, and the answer says so. InputError where no run has a value
@@ -105,12 +104,12 @@ def explain(
         if not segments or fit_on:
             return _coarsely(recordings[0], model, fit_on, said, missing, confounding)
         balances = [Balances(measured, model) for measured in segments]
-        findings, why = _searched(segments, balances, model, without, said)
+        findings, why = _searched(segments, balances, model, said)
         if findings is None:
             return _insufficient(why, balances, model, confounding, said)
     except KeyboardInterrupt as interrupt:
         return _before_the_search(said, model, balances, confounding, interrupt)
-    distinguished = _distinguished_by_others(findings, others if is_same_unit else (), without, said)
+    distinguished = _distinguished_by_others(findings, others if is_same_unit else (), said)
     holdout = None if said.is_interrupted else _held_out(findings, said)
     answer = _put_together(findings, holdout, said)
     if plans and answer.next_test and not said.is_interrupted:
@@ -133,12 +132,12 @@ def explain(
 
 
 def _searched(
-    segments: Sequence[Measurement], balances: list[Balances], model: Model, without: Sequence[str], said: _Said
+    segments: Sequence[Measurement], balances: list[Balances], model: Model, said: _Said
 ) -> tuple[Findings | None, list[str]]:
     """Return the findings of a search, or the reasons why these data are insufficient."""
     if why := nothing_to_judge(balances):
         return None, why
-    findings = search(model, balances, without, said)
+    findings = search(model, balances, progress=said)
     if findings.is_interrupted:
         said.interrupt()
     why = too_little_to_reject(findings, segments)
@@ -176,7 +175,7 @@ def _nothing(quality: Sequence[str | DataQuality], confounding: Sequence[Confoun
 
 
 def _distinguished_by_others(
-    findings: Findings, others: Sequence[Sequence[Measurement]], without: Sequence[str], said: _Said
+    findings: Findings, others: Sequence[Sequence[Measurement]], said: _Said
 ) -> tuple[Isolation, ...]:
     """Remove from the ambiguity groups what other recordings of the unit exclude.
 
@@ -189,7 +188,7 @@ def _distinguished_by_others(
         balances = [Balances(measured, findings.model) for measured in other]
         if nothing_to_judge(balances):
             continue
-        judged = said.unless_interrupted(f"asking {other[0].origin}", search, findings.model, balances, without)
+        judged = said.unless_interrupted(f"asking {other[0].origin}", search, findings.model, balances)
         if judged is None or judged.is_interrupted:
             said.interrupt()  # what a part of a search leaves open is nobody's ambiguity group
         elif not too_little_to_reject(judged, other):

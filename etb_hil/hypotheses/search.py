@@ -48,11 +48,10 @@ from etb_hil.recording.samples import Float64
 class Step:
     """What was compared beside the causes before it, the best first.
 
-    `before`: the fit without any of them. `misfit` is that of `before`. `share`: of that, what a cause may leave.
+    `misfit`: that of the fit without any of them. `share`: of that, what a cause may leave.
     `is_material`: whether the best one leaves so little, or is the likeliest only.
     """
 
-    before: Fitted
     misfit: float
     hypotheses: tuple[Hypothesis, ...]
     share: float
@@ -205,7 +204,7 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
             one = fitted(record, fit, step.best.ids, _with(fit, step.best), effects)
             compared = step if anew else found[k]  # beside fewer causes
             competing = [other for other in compared.hypotheses if other.ids != one.ids]
-            anew.append(Step(fit, misfit(fit), (one, *competing), NEEDED, is_material=True))
+            anew.append(Step(misfit(fit), (one, *competing), NEEDED, is_material=True))
             fit = one.fit
         if misfit(found[-1].best.fit) > NEEDED * misfit(fit):
             found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
@@ -299,7 +298,7 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
     likeliest = [one for one in found if one.evidence > found[0].evidence - GAIN]
     material = [one for one in likeliest if one.misfit < share * left]
     best = (material or found)[0]
-    return Step(before, left, (best, *(one for one in found if one is not best)), share, bool(material))
+    return Step(left, (best, *(one for one in found if one is not best)), share, bool(material))
 
 
 def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:

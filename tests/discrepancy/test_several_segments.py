@@ -7,9 +7,10 @@ from synthetic import MODEL, RATE, measurement
 
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
-from etb_hil.discrepancy.candidates.nonparametric import nonparametric_terms
+from etb_hil.discrepancy.candidates.nonparametric import in_their_own_balances
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.fit import Fit
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -105,9 +106,6 @@ def test_segments_that_rest_for_unlike_long_are_searched_together(whole):
     """Of one that rests for most of its time fewer knots of a nameless spline are apart."""
     segments = [measurements_of(_piece(whole, begin, 3.0), MODEL)[0] for begin in (10.0, 29.0)]
     balances = [Balances(measured, MODEL) for measured in segments]
-    columns, residual = (
-        np.ones((3 * sum(b.samples for b in balances), 1)),
-        np.zeros(3 * sum(b.samples for b in balances)),
-    )
-    found = nonparametric_terms(balances, MODEL.vector(), columns, residual)
+    count = 3 * sum(b.samples for b in balances)
+    found = in_their_own_balances(balances, np.ones((count, 0)), Fit(MODEL.vector(), np.zeros(count), 0.0), [])
     assert {one.share for one in found} == {0.0}

@@ -13,7 +13,7 @@ from etb_hil.discrepancy.answer.holdout import Holdout
 from etb_hil.discrepancy.answer.instability import unstable_range
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.sizes import sizes
-from etb_hil.discrepancy.candidates.nonparametric import in_their_own_balances
+from etb_hil.discrepancy.candidates.nonparametric import beyond_tolerances, in_their_own_balances
 from etb_hil.discrepancy.fitting.free_run import CURRENT_ROLE, POSITION, SEGMENT_S
 from etb_hil.discrepancy.fitting.intervals import Estimate
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
@@ -249,10 +249,10 @@ def _unexplained(findings: Findings) -> Unexplained:
     ]
     final = findings.final
     own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
-    wrong = [one for one in findings.rest if one.balance == "all"]
+    wrong = beyond_tolerances(final.jacobian, final.fit, final.unknowns)
     splines = [
         NonparametricTerm(p.balance, p.over, p.parity, p.share)
-        for p in sorted([*own, *wrong], key=lambda one: -one.share)[:3]
+        for p in sorted([*own, wrong], key=lambda one: -one.share)[:3]
     ]
     return Unexplained(tuple(where), tuple(splines))
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting import free_run
@@ -22,9 +21,8 @@ from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
+from etb_hil.recording.samples import Float64
 from etb_hil.results.explained.errors import Gain
-
-Float64 = NDArray[np.float64]
 
 _IN_FREE_RUN = "fitted_in_free_run"  # of `ModelErrors`
 _BETTER = 0.97  # of the free-run error without it: the last fit in free run may err more over 10 ms

@@ -15,9 +15,8 @@ from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.slow.coarse import Coarse
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.recording.samples import Float64
 from etb_hil.results.explained.residual import FreeRun
-
-Float64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

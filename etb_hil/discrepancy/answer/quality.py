@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.angles import grid_of
@@ -15,8 +14,6 @@ from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.laws import laws, terms
 from etb_hil.plant.parameters import Model
 from etb_hil.results.explained.residual import DataQuality
-
-Float64 = NDArray[np.float64]
 
 _BURST = 64
 _AT_LIMIT = 0.02  # of the time at the voltage's limit that is worth a word

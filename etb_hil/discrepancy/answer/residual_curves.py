@@ -12,8 +12,7 @@ from etb_hil.discrepancy.fitting.balances import CHANNELS, Balances
 from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 ANGLE = "position"
 _BINS = 40

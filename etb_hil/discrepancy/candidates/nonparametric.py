@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import CHANNELS, Balances
 from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
@@ -18,8 +17,7 @@ from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.measured.spectrum import Spectrum
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _KNOTS = 9
 _RIDGE = 1e-6
@@ -34,34 +32,6 @@ class NonparametricTerm:
     over: str
     parity: str
     share: float
-
-
-def nonparametric_terms(
-    balances: Sequence[Balances],
-    p: Vector,
-    jacobian: Float64,
-    residual: Float64,
-) -> list[NonparametricTerm]:
-    """Return what splines explain of a residual (n) given a Jacobian (n, unknowns).
-
-    The largest share comes first.
-    """
-    lengths = np.linalg.norm(jacobian, axis=0)
-    basis = np.linalg.qr(jacobian[:, lengths > 1e-9] / lengths[lengths > 1e-9])[0]
-    left = residual - basis @ (basis.T @ residual)
-    total = max(float(left @ left), 1e-12)
-    banks = [_bank(b, p) for b in balances]
-    found = []
-    for key in banks[0]:
-        splines = np.concatenate([bank[key] for bank in banks])
-        splines = splines - basis @ (basis.T @ splines)
-        normal = splines.T @ splines
-        if not normal.any():
-            continue  # nothing moves that they are over
-        right = splines.T @ left
-        took = float(right @ np.linalg.solve(normal + _RIDGE * np.trace(normal) * np.eye(len(right)), right))
-        found.append(NonparametricTerm(*key, share=took / total))
-    return sorted(found, key=lambda spline: -spline.share)
 
 
 def beyond_tolerances(jacobian: Float64, fit: Fit, unknowns: Sequence[Unknown]) -> NonparametricTerm:

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.candidates.candidate import Candidate
 from etb_hil.discrepancy.fitting.fit import Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _QUICK_ITERATIONS = 3
 

@@ -36,8 +36,8 @@ from etb_hil.plant.physics import (
     TORQUE_PER_AMPERE,
     Vector,
 )
+from etb_hil.recording.samples import Float64
 
-Float64 = NDArray[np.float64]
 Complex128 = NDArray[np.complex128]
 
 CHANNELS = ("torque", "voltage", "angle")

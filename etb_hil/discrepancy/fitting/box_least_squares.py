@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _ITERATIONS = 200
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton
@@ -22,8 +21,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _ITERATIONS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
@@ -53,20 +51,16 @@ def calibrate(
     begin: Vector | None = None,
     unknowns: Sequence[Unknown] | None = None,
     iterations: int = _ITERATIONS,
-    first: Float64 | None = None,
     tolerance: float = TOLERANCE,
 ) -> Calibration:
     """Fit base parameters within their tolerances, and the nuisances.
 
     The fit starts at `begin` where given. `unknowns`: what is fitted instead, such as an effect's parameters, too.
-    `first`: a Jacobian from nearby.
     """
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)
     whole = _at_the_stops(start(model), fitted, balances) if begin is None else begin
-    fit, jacobian = gauss_newton(
-        residual, fit_of(residual, whole), fitted, iterations, tolerance=tolerance, first=first
-    )
+    fit, jacobian = gauss_newton(residual, fit_of(residual, whole), fitted, iterations, tolerance=tolerance)
     return Calibration(fitted, fit, jacobian)
 
 

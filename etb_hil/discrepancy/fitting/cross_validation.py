@@ -13,8 +13,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.fit import Fit
 from etb_hil.discrepancy.fitting.unknowns import Unknown
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 FOLDS = 10
 _RIDGE = 1e-3

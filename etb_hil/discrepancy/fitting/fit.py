@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.physics import COULOMB, STICTION, Vector
+from etb_hil.recording.samples import Float64
 
-Float64 = NDArray[np.float64]
 Residual = Callable[[Vector], Float64]
 
 _RIDGE = 1e-3  # ridge on the scaled unknowns, for directions that no sample determines; in squared residuals
@@ -62,27 +61,24 @@ def gauss_newton(
     iterations: int,
     kept: Float64 | None = None,
     tolerance: float = TOLERANCE,
-    first: Float64 | None = None,
 ) -> tuple[Fit, Float64]:
     """Return the fit after some iterations, and its last Jacobian (n, unknowns).
 
-    `kept`: columns of the first unknowns that stay as they are, so that only the others are differenced. `first`: a
-    Jacobian to begin with, from nearby. A Jacobian is kept until a step gains other than it predicted. The iteration
-    stops where one with a fresh Jacobian gains less than a share `tolerance`.
+    `kept`: columns of the first unknowns that stay as they are, so that only the others are differenced. A Jacobian is
+    kept until a step gains other than it predicted. The iteration stops where one with a fresh Jacobian gains less than
+    a share `tolerance`.
     """
     found = np.zeros((len(begin.residual), len(unknowns)))
     if not np.isfinite(begin.cost):
         return begin, found
     if kept is not None:
         found[:, : kept.shape[1]] = kept
-    if first is not None:
-        found[:] = first
     known = 0 if kept is None else kept.shape[1]
-    at = _descended(residual, begin, unknowns, iterations, found, known, tolerance, is_trusted=first is not None)
+    at = _descended(residual, begin, unknowns, iterations, found, known, tolerance)
     raised = _with_peak(residual, at, unknowns) if kept is None else at
     if raised is not at:
         jacobian_there = np.empty_like(found)
-        again = _descended(residual, raised, unknowns, iterations, jacobian_there, 0, tolerance, is_trusted=False)
+        again = _descended(residual, raised, unknowns, iterations, jacobian_there, 0, tolerance)
         if again.cost < at.cost:
             return again, jacobian_there
     return at, found
@@ -96,15 +92,13 @@ def _descended(
     found: Float64,
     known: int,
     tolerance: float,
-    *,
-    is_trusted: bool,
 ) -> Fit:
     """Return the fit after some iterations; `found` (n, unknowns) gets its Jacobian.
 
     Its first `known` columns stay.
     """
-    at, damping, is_fresh = begin, 1e-4, False
-    normal = found.T @ found if is_trusted else np.empty((0, 0))
+    at, damping, is_fresh, is_trusted = begin, 1e-4, False, False
+    normal = np.empty((0, 0))
     for _ in range(iterations):
         if not is_trusted:
             found[:, known:] = jacobian(residual, at, unknowns[known:])

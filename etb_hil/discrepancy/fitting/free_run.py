@@ -16,8 +16,7 @@ from etb_hil.plant.effects.port import Port
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 POSITION, CURRENT_ROLE = "throttle_angle", "motor_current"
 SEGMENT_S = 2.0

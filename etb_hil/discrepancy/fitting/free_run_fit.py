@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting import free_run
@@ -22,8 +21,7 @@ from etb_hil.discrepancy.fitting.fit import Fit, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 # Decision 0033. Free runs by these: benchmarks/explain_study.py, --holdout.
 _RATE = 100.0  # Hz at which a free run is compared: an angle has nothing faster that integrates

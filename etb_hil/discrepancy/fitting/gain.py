@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from etb_hil.recording.samples import Float64
 from etb_hil.results.explained.errors import Gain
-
-Float64 = NDArray[np.float64]
 
 _DRAWS = 2000
 

@@ -22,8 +22,7 @@ from etb_hil.discrepancy.fitting.fit import Residual
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
 from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 # Decision 0033. How often intervals hold: benchmarks/explain_sizes.py.
 _BLOCKS = 40

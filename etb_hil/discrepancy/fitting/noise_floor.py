@@ -20,8 +20,7 @@ from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 GROUPS = 9  # 3 balances by 3 regimes
 _LOWEST = 0.05  # below it a noise floor is sampling variance: noise alone leaves more

@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 # Decision 0029. Healthy units by these: benchmarks/explain_study.py, kind `nothing`, --view coarse_encoder.
 _MATTERS = 0.1  # of a balance's noise, from where an encoder's steps are looked at

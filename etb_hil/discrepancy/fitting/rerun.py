@@ -19,8 +19,7 @@ from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.physics import BACK_EMF, INDUCTANCE, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the measured motion
 

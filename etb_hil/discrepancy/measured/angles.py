@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import plate_rms
 from etb_hil.plant.parameters import Model
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 _FEW, _WHOLE = 3.5, 0.05  # steps at a time that have to be whole ones, but for the digits of a file

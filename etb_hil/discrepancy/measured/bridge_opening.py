@@ -6,15 +6,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import commanded, open_bridge
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.values import ThrottleParameters
+from etb_hil.recording.samples import Float64
 
-Float64 = NDArray[np.float64]
 Openings = dict[
     tuple[int, int], float
 ]  # the current in A that a bridge opens under, by the first and last sample of it

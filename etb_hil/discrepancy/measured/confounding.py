@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import CHANGES
 from etb_hil.recording.recording import Recording
+from etb_hil.recording.samples import Float64
 from etb_hil.results.explained.residual import Confounded
-
-Float64 = NDArray[np.float64]
 
 _CONDITIONS = {
     "pwm_frequency": "PWM frequency",

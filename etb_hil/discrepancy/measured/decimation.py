@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.measurement import Float64, Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import commanded
+from etb_hil.recording.samples import Float64
 
 _ENOUGH = 2000.0  # Hz: what more samples would show is noise
 _PLENTY = 5000.0  # Hz: a voltage that changes within such a sample is near enough to its mean

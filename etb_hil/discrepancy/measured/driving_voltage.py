@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _AROUND = 0.05  # s to either side
 _SAME = 3.0  # times the noise: what is nearer than that is another reading of the same voltage

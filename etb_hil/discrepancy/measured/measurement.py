@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.model_file import Sensors
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 CHANGES = 1.0  # K: a temperature that stays within it tells nothing of heat

@@ -8,16 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.angles import between_steps
 from etb_hil.discrepancy.measured.bridge_opening import without_diodes
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import commanded, open_bridge
 from etb_hil.plant.parameters import Model
-
-Float64 = NDArray[np.float64]
-Int64 = NDArray[np.int64]
+from etb_hil.recording.samples import Float64, Int64
 
 # Decision 0029. Records that miss commands, and those that do not: benchmarks/explain_study.py, --rate 500 and 2000.
 _FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second

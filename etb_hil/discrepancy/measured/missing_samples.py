@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float64 = NDArray[np.float64]
-Int64 = NDArray[np.int64]
+from etb_hil.recording.samples import Float64, Int64
 
 SLOW = ("temperature", "supply_voltage")  # between their samples a straight line is as good
 _ONE_SAMPLE = (1.5, 2.5)  # steps from one value to the next with one sample missing between

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.data_sheet import voltage_rms
@@ -13,8 +12,7 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.unit_mismatch import DEGREES, must_be_labelled_in_its_angle, off_by, suspected
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _LOWEST_DRIVE = 30.0  # times less than the supply: the geometric mean of 1 and 1,000
 _HIGHEST_SUPPLY = 2.0  # times the supply's voltage: a charged battery and diodes come to 1.3

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.spectrum import Spectrum
 from etb_hil.plant.parameters import Model
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 STOP, SLOW, SLIDING = 0, 1, 2
 REGIMES = ("stop", "slow", "sliding")

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import voltage_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.recording.samples import Float64
 
-Float64 = NDArray[np.float64]
 Complex128 = NDArray[np.complex128]
 
 _JUMPS = 10.0  # times the voltmeter's noise

@@ -18,8 +18,7 @@ from etb_hil.discrepancy.measured.unit_mismatch import TOO_FAR, off_by, suspecte
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
+
 Complex128 = NDArray[np.complex128]
 
 THRESHOLD = 60.0  # Hz that pass whole
@@ -24,11 +25,10 @@ class Spectrum:
     `s` is j omega over the band only, for what is filtered; `kept` picks the samples at `output_rate` without the ends.
     """
 
-    def __init__(self, count: int, rate: float, band: float = THRESHOLD, edge: float = EDGE) -> None:
+    def __init__(self, count: int, rate: float) -> None:
         self.count = count
-        self.rate = rate
-        edge = min(edge, 0.45 * rate)
-        band = min(band, 2.0 / 3.0 * edge)
+        edge = min(EDGE, 0.45 * rate)
+        band = min(THRESHOLD, 2.0 / 3.0 * edge)
         self.every = max(1, round(rate / OUTPUT_RATE))
         self.padded = _even_length(count + max(round(0.5 * rate), 16), self.every)
         self.output_rate = rate / self.every

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import spring_torque
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 DEGREES = math.degrees(1.0)  # values in rad whose unit says deg are read this many times too small
 TOO_FAR = 1.3  # times the way between the model's stops: a plate presses into them, and a model may be off

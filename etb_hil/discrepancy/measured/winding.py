@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.unit_mismatch import off_by, suspected
 from etb_hil.plant.parameters import Model
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _POWERED = 0.05  # of the voltage's limit; below it an open bridge and two sensors' zeros may show anything
 _MOST = 0.999  # of the samples: beyond it are spikes

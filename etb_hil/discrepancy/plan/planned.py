@@ -27,8 +27,7 @@ from etb_hil.plant.physics import (
     Vector,
     spring_torque,
 )
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _OFF, _VOLTAGE = int(Mode.OFF), int(Mode.VOLTAGE)
 PERIOD = 1e-3  # s between two set-points

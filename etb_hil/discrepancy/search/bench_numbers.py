@@ -34,8 +34,8 @@ def bench_numbers(model: Model) -> tuple[MeasuredParameter, ...]:
     )
 
 
-def accept_measured(findings: Findings) -> bool:
-    """Accept the causes that were measured, and return whether there are any.
+def accept_measured(findings: Findings) -> None:
+    """Accept the causes that were measured.
 
     Nothing is ambiguous with them, and no criterion is applied: they were seen.
     """
@@ -47,7 +47,6 @@ def accept_measured(findings: Findings) -> bool:
         findings.selection_steps.append(found)
         found.accepted = True
         continue_from(findings, found.winner.fit.whole, found.winner.unknowns)
-    return bool(off)
 
 
 def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.candidates.nonparametric import NonparametricTerm
 from etb_hil.discrepancy.candidates.refinement import Refined
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
@@ -15,8 +14,7 @@ from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
 from etb_hil.hypotheses.search import Found
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,21 +70,19 @@ class Findings:
     """Findings of a search: the `selection_steps` in order, and the models.
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
-    causes. `tested`: ids of all candidates that these data can show. `found`: what the likelihood
-    finds, None where it was not asked. `rest`: what nonparametric terms explain of the residual.
+    causes. `tested`: ids of all candidates that these data can show. `found`: what the likelihood finds, None where it
+    was not asked.
     """
 
     model: Model
     balances: list[Balances]
     calibration: Calibration
-    noise_floor: NoiseFloor
     selection_steps: list[SelectionStep]
     current_model: CurrentModel
     first_groups: Float64
     samples: NDArray[np.int64]
     tested: tuple[str, ...] = ()
     found: Found | None = None
-    rest: list[NonparametricTerm] = field(default_factory=list)
     verdict: str = ""
     is_interrupted: bool = False
 

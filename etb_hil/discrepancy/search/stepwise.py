@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from etb_hil.discrepancy.candidates.candidate import candidates_for
-from etb_hil.discrepancy.candidates.nonparametric import NonparametricTerm, beyond_tolerances, nonparametric_terms
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.noise_floor import group_means
@@ -21,7 +20,6 @@ from etb_hil.discrepancy.search.first_slide import after_first_slide
 from etb_hil.discrepancy.search.force_scale import consider_force_scale
 from etb_hil.discrepancy.search.interruption import Interrupted
 from etb_hil.discrepancy.search.thresholds import excess
-from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
 Progress = Callable[[str], None]
@@ -47,17 +45,13 @@ def search(
         raise Interrupted(calibration) from None
     calibration = current_model.calibration
     samples = group_means(segments, calibration.fit.whole)[1]
-    findings = Findings(
-        model, segments, calibration, current_model.noise_floor, [], current_model, current_model.groups, samples
-    )
+    findings = Findings(model, segments, calibration, [], current_model, current_model.groups, samples)
     out = [*without, *(entry.id for entry in model.effects)]
     with _interruptible(findings):
         findings.tested = candidates_for(segments, calibration.unknowns, out)
         accept_measured(findings)
         findings.verdict = accept_likely(findings, out, progress)
         consider_force_scale(findings)
-    with _interruptible(findings):
-        findings.rest = _rest(findings)
     if findings.is_interrupted:
         is_left = excess(findings.first_groups, findings.samples).any()
         findings.verdict = "unexplained" if is_left else "insufficient_data"
@@ -71,11 +65,3 @@ def _interruptible(findings: Findings) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         findings.is_interrupted = True
-
-
-def _rest(findings: Findings) -> list[NonparametricTerm]:
-    """Return what nonparametric terms explain of the residual, largest first."""
-    final = findings.final
-    found = nonparametric_terms(findings.balances, final.fit.whole[:EXTENDED], final.jacobian, final.fit.residual)
-    found.append(beyond_tolerances(final.jacobian, final.fit, final.unknowns))
-    return sorted(found, key=lambda nameless: -nameless.share)

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 # Mean square over the noise floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
 # Torque nearly at rest and on the stops varies much between devices. Healthy units: benchmarks/explain_study.py, kind

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.fitting.unknowns import base_unknowns, start
@@ -21,9 +20,8 @@ from etb_hil.discrepancy.slow.sweeps import Sweep
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
+from etb_hil.recording.samples import Float64
 from etb_hil.results.explanation import ExplanationResult
-
-Float64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

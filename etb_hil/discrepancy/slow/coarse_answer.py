@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy.fitting.gain import gain_of
@@ -20,12 +19,11 @@ from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.value_units import value_unit
 from etb_hil.recording.recording import Recording
+from etb_hil.recording.samples import Float64
 from etb_hil.results.explained.errors import Errors, ModelErrors, Starts
 from etb_hil.results.explained.models import CalibratedParameter, Nuisance
 from etb_hil.results.explained.residual import BreakAwayVoltages, DataQuality, FreeRun, Unexplained
 from etb_hil.results.explanation import ExplanationResult
-
-Float64 = NDArray[np.float64]
 
 # Decision 0029. A published throttle by these: benchmarks/explain_tbcp.py.
 _BLOCKS = 40

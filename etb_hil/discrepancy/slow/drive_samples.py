@@ -11,8 +11,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.angles import Angles
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 ANGLES = ("motor_angle", "throttle_angle")
 FEWEST_SAMPLES = 100

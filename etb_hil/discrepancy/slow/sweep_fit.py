@@ -10,15 +10,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.fit import Fit, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import Unknown, simulable
 from etb_hil.discrepancy.slow.sweeps import Sweep
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 # Decision 0029. A published throttle by these: benchmarks/explain_tbcp.py.
 _LEAST = 0.005  # of what a model file states: what cannot be negative stays above it

@@ -18,8 +18,7 @@ from etb_hil.plant.integrator import THETA, TICK_NS
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.recording import Recording
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 CONDITIONS = ("pwm_frequency", "supply_voltage")  # what a test sets in steps
 SPLIT = 10  # runs of equal length where no condition was set

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float64 = NDArray[np.float64]
-Int64 = NDArray[np.int64]
+from etb_hil.recording.samples import Float64, Int64
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _EVEN = 0.05  # of a sample, by which the stamps of even samples may be off

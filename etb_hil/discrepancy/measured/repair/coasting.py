@@ -9,15 +9,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import open_bridge
 from etb_hil.plant.parameters import Model
-
-Float64 = NDArray[np.float64]
-Bool = NDArray[np.bool_]
+from etb_hil.recording.samples import Bools, Float64
 
 _NONE = 4.0  # times a sensor's noise, up to which a voltage or a current is none
 _TURNS = 10.0  # times the voltmeter's noise: the back-EMF of a motor that is sure to turn
@@ -30,7 +27,7 @@ class Coasts(NamedTuple):
     """A voltage (n, V) with the back-EMF of coasts, and samples (n) not judged."""
 
     voltage: Float64
-    samples: Bool
+    samples: Bools
 
 
 def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
@@ -53,7 +50,7 @@ def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
     return Coasts(np.where(coasts, given, m.voltage), coasts | (is_off & flows))
 
 
-def _around(wide: Bool, narrow: Bool) -> Bool:
+def _around(wide: Bools, narrow: Bools) -> Bools:
     """Return the runs of samples (n) of `wide` that contain any of `narrow`."""
     found = np.zeros(len(wide), np.bool_)
     for first, last in np.flatnonzero(np.diff(wide, prepend=False, append=False)).reshape(-1, 2).tolist():

@@ -7,14 +7,12 @@ unit.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import current_rms, plate_rms, voltage_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.repair.rest_blocks import Blocks
 from etb_hil.plant.model_file import Sensors
-
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _CALMEST = 0.1  # of the blocks that rest

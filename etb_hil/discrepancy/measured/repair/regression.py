@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float64 = NDArray[np.float64]
+from etb_hil.recording.samples import Float64
 
 _PASSES = 3
 _NEARLY_ALL = 0.999

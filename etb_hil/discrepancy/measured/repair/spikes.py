@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import current_rms, plate_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.repair.regression import robust_least_squares
-
-Float64 = NDArray[np.float64]
-Int64 = NDArray[np.int64]
+from etb_hil.recording.samples import Float64, Int64
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _FAR = 30.0  # times the sensor's noise

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
-from etb_hil.discrepancy.measured.measurement import Float64, Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.repair.regression import robust_least_squares
 from etb_hil.discrepancy.measured.sampling import commanded, open_bridge
+from etb_hil.recording.samples import Float64
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _REACH = 3  # samples to either side
