@@ -77,14 +77,14 @@ class Recording(recording.Recording):
         ends = [self.block(source).time_ns[[0, -1]] for source in self.sources]
         return float(max(end for _, end in ends) - min(first for first, _ in ends)) * 1e-9 if ends else 0.0
 
-    def table(self, roles: Iterable[str] | None = None) -> tuple[Int64, dict[str, Float64]]:
+    def table(self, roles: str | Iterable[str] | None = None) -> tuple[Int64, dict[str, Float64]]:
         """Return the instants (n) in ns of all roles, and columns (n) by role.
 
         A role is NaN where it was not sampled.
 
         All roles where none are named. Raises InputError where a role has no signal.
         """
-        signals = [self.series(role) for role in (self.roles if roles is None else roles)]
+        signals = [self.series(role) for role in self._named(roles)]
         if not signals:
             return np.empty(0, np.int64), {}
         instants = np.unique(np.concatenate([signal.time_ns for signal in signals]))
@@ -94,13 +94,13 @@ class Recording(recording.Recording):
             np.put(column, np.searchsorted(instants, signal.time_ns), signal.values)
         return instants, columns
 
-    def to_numpy(self, roles: Iterable[str] | None = None) -> dict[str, NDArray[np.float64]]:
+    def to_numpy(self, roles: str | Iterable[str] | None = None) -> dict[str, NDArray[np.float64]]:
         """Return arrays (n) by the names of the table's columns."""
         time_ns, columns = self.table(roles)
         named = {column_name(role): column for role, column in columns.items()}
         return {TIME: np.asarray(time_ns * 1e-9, np.float64), **named}
 
-    def to_pandas(self, roles: Iterable[str] | None = None) -> pd.DataFrame:
+    def to_pandas(self, roles: str | Iterable[str] | None = None) -> pd.DataFrame:
         """Return a DataFrame over `time_s`; each column's `attrs["unit"]` is its SI unit."""
         pandas: Any = library("pandas")
         table = self.to_numpy(roles)
@@ -108,13 +108,13 @@ class Recording(recording.Recording):
         frame.attrs["units"] = self._units(roles)
         return frame
 
-    def to_polars(self, roles: Iterable[str] | None = None) -> pl.DataFrame:
+    def to_polars(self, roles: str | Iterable[str] | None = None) -> pl.DataFrame:
         """Return a polars DataFrame; units stand in the names of the columns."""
         polars: Any = library("polars")
         frame: pl.DataFrame = polars.DataFrame(self.to_numpy(roles))
         return frame
 
-    def to_xarray(self, roles: Iterable[str] | None = None) -> xr.Dataset:
+    def to_xarray(self, roles: str | Iterable[str] | None = None) -> xr.Dataset:
         """Return a Dataset with a variable for each role over `time_s`.
 
         `attrs["units"]` of each is its SI unit.
@@ -126,7 +126,7 @@ class Recording(recording.Recording):
         dataset.attrs["origin"] = self.origin
         return dataset
 
-    def to_arrow(self, roles: Iterable[str] | None = None) -> pa.Table:
+    def to_arrow(self, roles: str | Iterable[str] | None = None) -> pa.Table:
         """Return an Arrow table; the metadata of each field has its SI `unit`."""
         pyarrow: Any = library("pyarrow")
         table, units = self.to_numpy(roles), {TIME: "s", **self._units(roles)}
@@ -134,26 +134,29 @@ class Recording(recording.Recording):
         arrow: pa.Table = pyarrow.table(list(table.values()), pyarrow.schema(fields))
         return arrow
 
-    def write(self, path: str | Path, roles: Iterable[str] | None = None) -> None:
+    def write(self, path: str | Path, roles: str | Iterable[str] | None = None) -> None:
         """Write the table as `.csv` or `.parquet`, which every command reads.
 
         InputError where it cannot be written.
         """
         write_table(Path(path), *self.table(roles))
 
-    def figure(self, roles: Iterable[str] | None = None) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
+    def figure(self, roles: str | Iterable[str] | None = None) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure with one plot a role over time, gaps shaded."""
         from etb_hil.report.drawing import figure_of
 
         return figure_of(self._chart(roles))
 
-    def _chart(self, roles: Iterable[str] | None = None) -> Chart:
+    def _chart(self, roles: str | Iterable[str] | None = None) -> Chart:
         from etb_hil.report.recording_plot import chart_of, worth_showing
 
-        return chart_of(self, worth_showing(self) if roles is None else list(roles))
+        return chart_of(self, worth_showing(self) if roles is None else self._named(roles))
 
-    def _units(self, roles: Iterable[str] | None) -> dict[str, str]:
-        return {column_name(role): ROLES[role].unit for role in (self.roles if roles is None else roles)}
+    def _units(self, roles: str | Iterable[str] | None) -> dict[str, str]:
+        return {column_name(role): ROLES[role].unit for role in self._named(roles)}
+
+    def _named(self, roles: str | Iterable[str] | None) -> list[str]:
+        return [*self.roles] if roles is None else [roles] if isinstance(roles, str) else [*roles]
 
     def _repr_html_(self) -> str:
         from etb_hil.api.html import page, table
@@ -186,7 +189,7 @@ def read(source: str | Path, *, bench: str | Path | None = None, columns: str | 
     if path.is_dir() or bench is not None:
         return Recording.of(_of_can(path, bench), path if path.is_dir() else None)
     if path.is_file() and path.suffix.lower() not in FORMATS:
-        remedy = "of a CAN log, --bench says which signal is which role, as docs/examples/passat.bench.yaml does"
+        remedy = "of a CAN log, --bench (bench=) says which signal is which role"
         raise InputError(Problem("must have a suffix of a table", Place(path), path.suffix, ", ".join(FORMATS), remedy))
     return Recording.of(read_table(path, None if columns is None else Path(columns)))
 

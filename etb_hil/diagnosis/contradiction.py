@@ -224,10 +224,10 @@ def remarks(
 def law_remarks(fit: StribeckFit) -> list[Reason]:
     """Return by which law friction is likeliest to go, where that is not the paper's."""
     q, words = fit.parameters, []
-    if q[LOG_EXPONENT] != LOG_SQUARE:
+    exponent, paper_s = (f"{float(exp(one)):.2g}" for one in (q[LOG_EXPONENT], LOG_SQUARE))
+    if exponent != paper_s:
         words.append(
-            f"it falls from T_st to T_c as exp(-(speed/omega_s)^{float(exp(q[LOG_EXPONENT])):.2g}), where the model "
-            "has the exponent 2"
+            f"it falls from T_st to T_c as exp(-(speed/omega_s)^{exponent}), where the model has the exponent {paper_s}"
         )
     if q[AGEING] > 0.0:
         share = float(q[AGEING]) / fit.stiction[0]

@@ -1,1 +1,1 @@
-"""Friction torque from current and angle, by sliding modes."""
+"""Friction torque from current and angle, while they arrive."""

@@ -35,6 +35,10 @@ _TIME_LIMIT = 2**62
 BLOCK = 4096  # rows that are taken together
 
 
+class _GoesBackError(ValueError):
+    """A time lies before that of the row above."""
+
+
 class _Read:
     """What was read so far: times, wanted columns, and what was broken.
 
@@ -45,6 +49,7 @@ class _Read:
         self.unit_ns, self.places = unit_ns, (time_at, *wanted)
         self.time_ns, self.columns = array("q"), [array("d") for _ in wanted]
         self.problems: list[Problem] = []
+        self.goes_back = False
 
     @property
     def last(self) -> int:
@@ -148,6 +153,11 @@ class CsvTable:
         for line, (now, *values) in zip(rows.lines, rows.cells, strict=True):
             try:
                 read.time_ns.append(self._time(now, read.unit_ns, read.last))
+            except _GoesBackError as error:
+                # So do all rows behind it that lie before: the first says what is wrong with them.
+                if not read.goes_back:
+                    read.problems.append(self._bad_cell(line, read.places[0], now, error))
+                read.goes_back = True
             except ValueError as error:
                 read.problems.append(self._bad_cell(line, read.places[0], now, error))
             for at, column, cell in zip(read.places[1:], read.columns, values, strict=True):
@@ -196,7 +206,7 @@ class CsvTable:
         if not -_TIME_LIMIT < now < _TIME_LIMIT:
             raise ValueError("is too large a time")
         if now < last:
-            raise ValueError("lies before the time of the row above")
+            raise _GoesBackError("lies before the time of the row above")
         return now
 
     def _digits(self, text: str) -> str:

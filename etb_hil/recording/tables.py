@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.errors import InputError, Place, Problem, shortened
 from etb_hil.base.userfile import refuse_empty
 from etb_hil.base.yamlfile import load
-from etb_hil.recording.columns import Conversion, TableMap, plan_by_map, plan_by_names
+from etb_hil.recording.columns import Conversion, TableMap, TablePlan, plan_by_map, plan_by_names
 from etb_hil.recording.csvtable import CsvTable
 from etb_hil.recording.mattable import MatTable
 from etb_hil.recording.pairing import paired
@@ -26,6 +26,7 @@ FORMATS: dict[str, type[CsvTable | MatTable | ParquetTable]] = {
     ".mat": MatTable,
     ".parquet": ParquetTable,
 }
+_NAMED = 10  # columns that a note names
 GAP = 1.5  # times the median step: from there on a step is a gap, of a length that nothing in a table counts
 
 
@@ -35,8 +36,8 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     Without a map file the columns' names say role and unit, for instance `t_ms, motor_voltage_V, throttle_angle_deg`.
     Signals of a log in an export as Parquet state their units apart; messages as fast as the fastest share its rows.
     Slower columns of a table that are filled in other rows than the fastest ones have these rows alone.
-    The time column is the sample clock; of rows with the same time the first is kept, and a note says so. Raises
-    InputError with file, line, column, value and what to do.
+    The time column is the sample clock; of rows with the same time the first is kept. Notes say so, and which columns
+    have a name that is no role. Raises InputError with file, line, column, value and what to do.
     """
     table_type = FORMATS.get(path.suffix.lower())
     if table_type is None:
@@ -55,6 +56,8 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     is_of_log = isinstance(table, ParquetTable) and table.is_of_log
     recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
+    if map_file is None and not is_of_log and (unread := _unread(table.names, plan)):
+        recording.notes.append(f"columns that are no role and were left out: {unread}")
     blocks = []
     for source, rows, uses in _sources(table, path, plan.roles, raw):
         columns = {use.role: _to_si(raw[use.column][rows], use.factor, use.offset) for use in uses}
@@ -64,6 +67,14 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     if not recording.sources:
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     return recording
+
+
+def _unread(names: Sequence[str], plan: TablePlan) -> str:
+    """Return the columns that nothing is read from."""
+    read = {plan.time.column, *(use.column for use in plan.roles)}
+    left = [shortened(name, 40) for name in names if name and name not in read]
+    more = f" and {len(left) - _NAMED} more" if len(left) > _NAMED else ""
+    return ", ".join(left[:_NAMED]) + more
 
 
 def _sources(

@@ -60,7 +60,7 @@ def test_what_cannot_be_drawn_is_said(tmp_path, capsys):
     table.write_text(TABLE)
     for words, expected in (
         ([str(log)], "must have a suffix of a table (it is '.trc')"),
-        ([str(log)], "of a CAN log, --bench says which signal is which role"),
+        ([str(log)], "of a CAN log, --bench (bench=) says which signal is which role"),
         ([str(log), "--bench", str(find("bench", "virtual_classic"))], "drive.trc"),
         ([str(table), "--roles", "temperature"], "no signal for the role 'temperature'"),
         ([str(table), "--out", str(tmp_path / "nowhere" / "x.png")], "cannot be written: No such file"),

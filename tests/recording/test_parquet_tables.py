@@ -47,7 +47,10 @@ def test_units_and_errors_are_those_of_every_table(tmp_path):
     path = _table(tmp_path, {"t_ms": [0, 1, 1, 2], "motor_current_mA": [1.0, None, 3.0, 4.0], "note": list("abcd")})
     recording = read_table(path)
     assert recording.series("motor_current").values == pytest.approx([0.001, np.nan, 0.004], nan_ok=True)
-    assert recording.notes == ["1 rows had the time of the row before and were left out"]
+    assert recording.notes == [
+        "columns that are no role and were left out: note",
+        "1 rows had the time of the row before and were left out",
+    ]
     assert "needs a unit" in _refused(_table(tmp_path, {"time_s": [0.0, 1.0], "motor_current": [1.0, 2.0]}))
     assert "no column is the time" in _refused(_table(tmp_path, {"motor_current_A": [1.0, 2.0]}))
     assert "time_s: goes back after row 1" in _refused(

@@ -263,3 +263,17 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
     (tmp_path / "some.xls").write_bytes(b"some bytes")
     (problem,) = problems(tmp_path / "some.xls")
     assert "allowed: .csv" in problem
+
+
+def test_columns_that_are_no_role_are_named(tmp_path):
+    recording = read_table(table(tmp_path, "time_s,motor_voltage_V,strom,zeit\n0,1,2,3\n1,2,3,4\n"))
+    assert recording.notes == ["columns that are no role and were left out: strom, zeit"]
+    many = ",".join(f"x{k}" for k in range(12))
+    (note,) = read_table(table(tmp_path, f"time_s,motor_voltage_V,{many}\n{'0,' * 13}0\n")).notes
+    assert note.endswith("x9 and 2 more")
+
+
+def test_rows_in_reverse_order_are_one_problem(tmp_path):
+    rows = "".join(f"{5000 - k},1\n" for k in range(5000))
+    (problem,) = problems(table(tmp_path, "time_ms,motor_voltage_V\n" + rows))
+    assert "table.csv:3: time_ms: lies before the time of the row above" in problem
