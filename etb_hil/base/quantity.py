@@ -184,7 +184,6 @@ def _schema(dimension: str) -> WithJsonSchema:
 # Fields of pydantic models: the file holds `30 deg`, the model holds radians.
 Angle = Annotated[float, _reader("angle"), _schema("angle")]
 AngularVelocity = Annotated[float, _reader("angular velocity"), _schema("angular velocity")]
-AngularAcceleration = Annotated[float, _reader("angular acceleration"), _schema("angular acceleration")]
 Torque = Annotated[float, _reader("torque"), _schema("torque")]
 Voltage = Annotated[float, _reader("voltage"), _schema("voltage")]
 Current = Annotated[float, _reader("current"), _schema("current")]
@@ -194,5 +193,3 @@ Temperature = Annotated[float, _reader("temperature"), _schema("temperature")]
 TemperatureCoefficient = Annotated[float, _reader("temperature coefficient"), _schema("temperature coefficient")]
 Ratio = Annotated[float, _reader("ratio"), _schema("ratio")]
 BitRate = Annotated[float, _reader("bit rate"), _schema("bit rate")]
-Force = Annotated[float, _reader("force"), _schema("force")]
-Length = Annotated[float, _reader("length"), _schema("length")]

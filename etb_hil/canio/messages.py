@@ -20,11 +20,8 @@ _EXTENDED, _REMOTE, _ERROR, _FD = map(int, (FrameFlag.EXTENDED, FrameFlag.REMOTE
 _BITRATE_SWITCH, _ERROR_STATE, _SENT = map(int, (FrameFlag.BITRATE_SWITCH, FrameFlag.ERROR_STATE, FrameFlag.SENT))
 
 
-def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> FrameBlock:
-    """Return python-can's messages as columns; stamps are rounded to the nanosecond.
-
-    `sent` flags all as `SENT`.
-    """
+def from_messages(messages: Iterable[can.Message]) -> FrameBlock:
+    """Return python-can's messages as columns; stamps are rounded to the nanosecond."""
     items = list(messages)
     width = 64 if any(m.is_fd for m in items) else 8
     data = np.zeros((len(items), width), np.uint8)
@@ -34,7 +31,7 @@ def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> Fra
     return FrameBlock(
         np.array([round(m.timestamp * 1e9) for m in items], np.int64),
         np.array([m.arbitration_id for m in items], np.uint32),
-        np.array([_flags_of(m) | (_SENT if sent or not m.is_rx else 0) for m in items], np.uint8),
+        np.array([_flags_of(m) | (0 if m.is_rx else _SENT) for m in items], np.uint8),
         np.array([m.dlc if m.is_remote_frame else len(m.data) for m in items], np.uint8),
         data,
         np.array([min(max(m.channel, 0), 255) if isinstance(m.channel, int) else 0 for m in items], np.uint8),

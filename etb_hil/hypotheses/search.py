@@ -133,7 +133,9 @@ def searched(
     causes = list(steps)
     while causes and not causes[-1].is_material:
         causes.pop()
-    needed = causes if is_interrupted else _needed(record, first, causes, made.effects)
+    needed = causes
+    if not is_interrupted:
+        needed = _compared_again(record, first, _needed(record, first, causes, made.effects), made.effects)
     return Found(record, first, tuple(steps), tuple(needed), is_interrupted)
 
 
@@ -208,6 +210,26 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
             fit = one.fit
         if misfit(found[-1].best.fit) > NEEDED * misfit(fit):
             found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
+    return found
+
+
+def _compared_again(
+    record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]
+) -> list[Step]:
+    """Return causes, those last that mattered beside a later one only: compared again beside all others.
+
+    What the later ones explain was still there when these were compared, and any hypothesis takes a part of it.
+    """
+    found = list(causes)
+    for step in causes[:-1]:
+        if step.is_material:
+            continue
+        others, before = [one for one in found if one is not step], first
+        for one in others:
+            before = fitted(record, before, one.best.ids, _with(before, one.best), effects).fit
+        anew = [fitted(record, before, one.ids, _with(before, one), effects) for one in step.hypotheses]
+        anew.sort(key=lambda one: -one.evidence)
+        found = [*others, Step(misfit(before), tuple(anew), NEEDED, is_material=True)]
     return found
 
 

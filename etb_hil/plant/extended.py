@@ -32,7 +32,6 @@ PLATE = STATES
 SWING = STATES + 1
 SLOW_STATES = STATES + 2
 EXTENDED_STATES = SLOW_STATES + SLOW
-SENSED_STATES = EXTENDED_STATES + sensing.SENSING
 
 
 def new_extended_state(theta: float, temperature: float, p: Vector) -> Vector:
@@ -64,8 +63,8 @@ def advance_extended(
     The voltage is in V; NaN is an open bridge.
 
     `p` is the extended vector, `temperature` the housing's in degC. What an effect changes is set at the start of a
-    tick and held over it; additional torques come as a kick to the velocity. A state of `SENSED_STATES` has sensors
-    behind it that remember, and takes no ticks but of 50 us.
+    tick and held over it; additional torques come as a kick to the velocity. A state of `EXTENDED_STATES` and
+    `sensing.SENSING` has sensors behind it that remember, and takes no ticks but of 50 us.
     """
     friction_acts, elastic_acts, drag_acts, constant_acts, voltage_acts, slow_acts = ports.acting(p)
     loose, remembers = ports.is_loose(p), len(state) > EXTENDED_STATES

@@ -213,12 +213,6 @@ def plain_friction_level(omega: float, p: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def friction_heat(temperature: float, p: Vector) -> float:
-    """Return by which factor heat changes friction at a temperature in degC."""
-    return _friction_heat(1.0, temperature, p)
-
-
-@njit(cache=True, error_model="numpy")
 def viscosity(omega: float, temperature: float, p: Vector) -> float:
     """Return sigma_2 in N·m·s/rad with what changes it."""
     return _viscous_share(p[VISCOUS], omega, temperature, p)
