@@ -213,9 +213,7 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
     return found
 
 
-def _compared_again(
-    record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]
-) -> list[Step]:
+def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]) -> list[Step]:
     """Return causes, those last that mattered beside a later one only: compared again beside all others.
 
     What the later ones explain was still there when these were compared, and any hypothesis takes a part of it.

@@ -57,6 +57,13 @@ from explain_study import searched
             {"view": "no_current"},
             id="a winding that warms up, where no current tells",
         ),
+        pytest.param(
+            1003012,
+            ("presliding_hysteresis", "measurement_delay", "brush_drop"),
+            {"rate": 1000},
+            id="a rival while what a later cause explains was still there",
+            marks=pytest.mark.study,
+        ),
     ],
 )
 def test_a_cause_is_in_its_class_whatever_resembles_it(seed, effects, options):
