@@ -84,7 +84,7 @@ def history(
     A store on a server is named by its URL. `part` (its number) and `serial` choose runs, and so do `since` and `until`
     (UTC, as 2026-11-24 or 2026-11-24T08:00) and the `latest` so many.
     Raises InputError where a source is none of these or holds no finished run, where `since`, `until` or `latest` is
-    none, or scipy is not installed.
+    invalid, or scipy is not installed.
     """
     from etb_hil.api.recordings import library
 
@@ -97,7 +97,7 @@ def history(
     from etb_hil.store.selection import Selection, moment
 
     if latest is not None and latest < 1:
-        raise InputError(Problem("latest: so many runs cannot be read", value=latest, allowed="1 or more"))
+        raise InputError(Problem("latest must be 1 or more", value=latest))
     named = [sources] if isinstance(sources, str | Path) else [*sources]
     places = [store_address(one) for one in sessions_among(named, or_store=True)]
     serials = None if serial is None else (serial,)

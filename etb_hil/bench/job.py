@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock, WallClock
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, Problem, RecordingFault
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.steady import steady
 from etb_hil.base.stock import stock_file
@@ -220,7 +220,11 @@ def execute(
                 warnings.append(f"attempt {attempt} counts: there is no room for another one ({error})")
                 break
             attempt += 1
-        finished = replace(_counted(finished), warnings=tuple(warnings))
+        try:
+            finished = _counted(finished)
+        except RecordingFault as error:
+            warnings.append(f"the results do not name the attempts before: {error}")
+        finished = replace(finished, warnings=tuple(warnings))
     if signals is None and finished.record.outcome is not BenchOutcome.ABORTED:
         heard.raise_if_late()
     return finished

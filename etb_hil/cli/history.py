@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.errors import InputError, Problem
 
     if options.rows < 1:
-        raise InputError(Problem("--rows: so many runs cannot be printed", value=options.rows, allowed="1 or more"))
+        raise InputError(Problem("--rows must be 1 or more", value=options.rows))
     past = history_of(
         options.sources,
         part=options.part,

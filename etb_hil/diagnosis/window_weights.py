@@ -1,4 +1,7 @@
-"""Weights of the windows of a run in a fit: inverse variances, by what windows of their kind leave over."""
+"""Weights of the windows of a run in a fit: inverse variances.
+
+They follow from what windows of one kind leave over.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ _FEWEST = 100
 
 @dataclass(frozen=True, slots=True)
 class WindowWeights:
-    """Weights (m) of all windows, and of those alone that slide: 0 where bristles are bent."""
+    """Weights (m) of all windows, and of those that slide.
+
+    The latter are 0 where bristles are bent.
+    """
 
     of_all: Float64
     of_sliding: Float64
@@ -33,7 +39,10 @@ class WindowWeights:
 def weights_of(
     ticks: Ticks, windows: Windows, evidence: Evidence, parameters: Float64, residual: Float64
 ) -> WindowWeights:
-    """Return the weights of windows by the parameters (20) and the residual (m) of a fit."""
+    """Return the weights of windows.
+
+    They follow from the parameters (20) and the residual (m) of a fit.
+    """
     bent = _bent(ticks, windows, parameters)
     of_all = weights_by_kind(residual, _kinds(bent), evidence.counts)
     return WindowWeights(of_all, np.where((bent <= _KINDS[0]) & evidence.slides, of_all, 0.0))

@@ -72,7 +72,7 @@ _WANDERS = 3e-5  # 1/s, disturbance torque, of T_st squared
 _UNEVEN = 3e-5  # 1/rad, friction level
 _DRIFTS = 1e-5  # 1/s, friction level and shape
 _BENDS = 6e-4  # bristle torque over the way of presliding, of T_c squared
-_FOURTH_MOMENT = 3.0  # of a Gaussian error, in its variance squared
+_SECOND_ORDER = 3.0  # times the square of a parameter's variance; with 0.3 an unseen throttle has twice the error
 _STEADY = 0.3  # share of it that stays when the bristles are bent
 _MOST_LEARNT, _MOST = 0.03, 0.3
 _FORGETS = 1.0  # 1/s, of what was learnt of the bristles
@@ -169,12 +169,11 @@ def _predict(
     cov[THETA, BRISTLE] = cov[BRISTLE, THETA] = end_by_way * (v[THETA] + rr) + w[THETA] + rf
     cov[OMEGA, OMEGA] = b * (b * rr - 2.0 * v[OMEGA]) + p11
     cov[OMEGA, BRISTLE] = cov[BRISTLE, OMEGA] = b * (end_by_way * rr + rf) - end_by_way * v[OMEGA] - w[OMEGA]
-    # The second order that the linearisation lacks counts as noise, too: its mean square is the fourth moment of the
-    # parameters' errors. Without it the first reversals, whose stiffness and level are hardly known, are believed too
-    # much.
-    unknown = bends + _FOURTH_MOMENT * cov[LEVEL, LEVEL] * cov[LEVEL, LEVEL]
+    # The second order that the linearisation lacks counts as noise, too. Without it the first reversals, whose
+    # stiffness and level are hardly known, are believed too much.
+    unknown = bends + _SECOND_ORDER * cov[LEVEL, LEVEL] * cov[LEVEL, LEVEL]
     if n > MOVING:
-        unknown += _FOURTH_MOMENT * cov[AT_STIFFNESS, AT_STIFFNESS] ** 2
+        unknown += _SECOND_ORDER * cov[AT_STIFFNESS, AT_STIFFNESS] ** 2
         for k in range(MOVING, AT_STRIBECK + 1):
             cov[k, k] += _DRIFTS * h
     unknown *= p[COULOMB] ** 2 * straight * min(way * p[BRISTLE_STIFFNESS] / p[COULOMB], 1.0)

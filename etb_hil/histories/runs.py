@@ -13,6 +13,8 @@ from etb_hil.store.queue import Queue
 from etb_hil.store.run import Run, run_of, waiting_runs
 from etb_hil.store.selection import EVERYTHING, Selection
 
+_UNFINISHED = "{} sessions have no results: replay them to have them counted"
+
 
 def read_runs(sources: Iterable[Path | StoreAddress], selection: Selection = EVERYTHING) -> tuple[list[Run], list[str]]:
     """Return finished runs in order of time, and what was left out.
@@ -69,6 +71,8 @@ def _of_source(source: Path | StoreAddress, selection: Selection, notes: list[st
         )
     if (path / MANIFEST).is_file():
         named = _of_session(path)
+        if named is None:
+            notes.append(_UNFINISHED.format(1))
         return [named] if named is not None and selection.takes(named) else []
     runs = [run for run in _of_sessions(_sessions(path), notes) if selection.takes(run)]
     stored = _of_store(StoreAddress(path / STORE), selection) if (path / STORE).is_file() else []
@@ -98,11 +102,14 @@ def _of_sessions(folders: Iterable[Path], notes: list[str]) -> Iterator[Run]:
         else:
             yield run
     if unfinished:
-        notes.append(f"{unfinished} sessions have no results: replay them to have them counted")
+        notes.append(_UNFINISHED.format(unfinished))
 
 
 def _of_session(folder: Path) -> Run | None:
-    """Return the run of a session, None where it has no results; InputError where it is damaged."""
+    """Return the run of a session, None where it has no results.
+
+    InputError where it is damaged.
+    """
     session = open_session(folder)
     try:
         return run_of_results(session.read_results()) if session.has_results else None

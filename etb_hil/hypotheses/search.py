@@ -130,12 +130,16 @@ def searched(
             steps.append(step)  # noqa: PERF402 (an interrupt keeps what was found)
     except KeyboardInterrupt:
         is_interrupted = True
-    causes = list(steps)
-    while causes and not causes[-1].is_material:
-        causes.pop()
-    needed = causes
-    if not is_interrupted:
-        needed = _compared_again(record, first, _needed(record, first, causes, made.effects), made.effects)
+    needed = list(steps)
+    while needed and not needed[-1].is_material:
+        needed.pop()
+    if len(needed) > 1 and not is_interrupted:
+        progress("comparing the causes again, beside each other")
+        try:
+            needed = _needed(record, first, needed, made.effects)
+            needed = _compared_again(record, first, needed, made.effects)
+        except KeyboardInterrupt:
+            is_interrupted = True
     return Found(record, first, tuple(steps), tuple(needed), is_interrupted)
 
 
@@ -214,9 +218,10 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
 
 
 def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]) -> list[Step]:
-    """Return causes, those last that mattered beside a later one only: compared again beside all others.
+    """Return causes whose competing hypotheses were compared beside all others.
 
-    What the later ones explain was still there when these were compared, and any hypothesis takes a part of it.
+    A cause that mattered only beside a later one was compared while what that explains was still there, and any
+    hypothesis takes a part of it. It comes last then. Where no hypothesis is a cause beside the others, the step stays.
     """
     found = list(causes)
     for step in causes[:-1]:
@@ -225,9 +230,12 @@ def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effec
         others, before = [one for one in found if one is not step], first
         for one in others:
             before = fitted(record, before, one.best.ids, _with(before, one.best), effects).fit
-        anew = [fitted(record, before, one.ids, _with(before, one), effects) for one in step.hypotheses]
-        anew.sort(key=lambda one: -one.evidence)
-        found = [*others, Step(misfit(before), tuple(anew), NEEDED, is_material=True)]
+        named = {id_ for one in others for id_ in one.best.ids}
+        competing = [one for one in step.hypotheses if not named & set(one.ids)]
+        fits = [fitted(record, before, one.ids, _with(before, one), effects) for one in competing]
+        anew = _decided(before, fits, NEEDED)
+        if anew is not None and anew.is_material:
+            found = [*others, anew]
     return found
 
 

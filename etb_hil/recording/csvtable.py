@@ -91,7 +91,8 @@ class CsvTable:
 
         An empty cell or `nan` is NaN, except in the time.
 
-        InputError lists up to 20 broken cells with line, column and value; of decimal commas, the first alone.
+        InputError lists up to 20 broken cells with line, column and value; of decimal commas and of times that go back
+        the first alone.
         """
         wanted = {name: self.names.index(name) for name in names}
         read = _Read(self.names.index(time.column), NS_PER_UNIT[time.unit], [*wanted.values()])
@@ -100,7 +101,7 @@ class CsvTable:
                 self._take_together(rows, read)
             except ValueError:
                 self._take_row_by_row(rows, read)
-            if len(read.problems) >= MAX_PROBLEMS:
+            if len(read.problems) >= MAX_PROBLEMS or read.goes_back:
                 break
             require_small(self._path, len(read.time_ns), 1 + len(wanted))
         if read.problems:

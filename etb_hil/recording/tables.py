@@ -57,7 +57,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     is_of_log = isinstance(table, ParquetTable) and table.is_of_log
     recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
     if map_file is None and not is_of_log and (unread := _unread(table.names, plan)):
-        recording.notes.append(f"columns that are no role and were left out: {unread}")
+        recording.notes.append(str(Problem(f"columns without a known role were left out: {unread}")))
     blocks = []
     for source, rows, uses in _sources(table, path, plan.roles, raw):
         columns = {use.role: _to_si(raw[use.column][rows], use.factor, use.offset) for use in uses}

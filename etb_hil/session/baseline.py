@@ -105,9 +105,10 @@ def load_baseline(path: Path) -> Document[Baseline]:
     them.
     """
     baseline = load(path, Baseline)
-    for name in baseline.content.numbers:
-        if (kind := kind_of(name)) is not None:
-            _require_unit(baseline, name, kind.unit)
+    kinds = {name: kind_of(name) for name in baseline.content.numbers}
+    units = {name: kind.unit for name, kind in kinds.items() if kind is not None}
+    if wrong := [one for name, unit in units.items() for one in _wrong_unit(baseline, name, unit)]:
+        raise InputError(*wrong)
     return baseline
 
 
@@ -138,16 +139,20 @@ def _compared(baseline: Document[Baseline], name: str, found: Measurement | None
     wanted = f"{entry.value} within {entry.tolerance}"
     if found is None or found.value is None:
         return Comparison(name, wanted, "not measured", agrees=False)
-    _require_unit(baseline, name, found.unit)
+    if wrong := _wrong_unit(baseline, name, found.unit):
+        raise InputError(*wrong)
     shown = f"{found.value:.6g} {found.unit}".removesuffix(" 1")
     return Comparison(name, wanted, shown, abs(found.value - entry.si) <= entry.width)
 
 
-def _require_unit(baseline: Document[Baseline], name: str, unit: str) -> None:
-    entry = baseline.content.numbers[name]
-    if dimension_of_unit(unit) != entry.dimension:
-        place = baseline.place("numbers", name, "value")
-        raise InputError(Problem(f"{name} is measured in {unit}", place, entry.value, remedy="correct the unit"))
+def _wrong_unit(baseline: Document[Baseline], name: str, unit: str) -> list[Problem]:
+    """Return the problem of a number whose measurement has another unit."""
+    entry, dimension = baseline.content.numbers[name], dimension_of_unit(unit)
+    if dimension == entry.dimension:
+        return []
+    place = baseline.place("numbers", name, "value")
+    remedy = "leave it out: nothing is expected in this unit" if dimension is None else "correct the unit"
+    return [Problem(f"{name} is measured in {unit}", place, entry.value, remedy=remedy)]
 
 
 def baseline_text(results: RunResult, description: str) -> str:

@@ -54,7 +54,10 @@ def moment(name: str, text: str | None) -> str | None:
         return None
     try:
         at = datetime.fromisoformat(text.strip())
-    except ValueError:
+        at = at if at.tzinfo is None else at.astimezone(UTC).replace(tzinfo=None)
+    except (ValueError, OverflowError):
         allowed = "2026-11-24 or 2026-11-24T08:00, UTC where no offset follows"
         raise InputError(Problem(f"{name} must be a time", value=text, allowed=allowed)) from None
-    return (at if at.tzinfo is None else at.astimezone(UTC).replace(tzinfo=None)).isoformat()
+    whole, _, fraction = at.isoformat().partition(".")
+    # Zeros behind a fraction would make it another text than that of a run with fewer digits.
+    return f"{whole}.{fraction.rstrip('0')}" if fraction else whole

@@ -97,10 +97,8 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
 
 
 @pytest.mark.study
-def test_while_candidates_are_compared_with_what_is_left_the_causes_and_the_calibration_are_kept(
-    cogging_recording, monkeypatch
-):
-    monkeypatch.setattr("etb_hil.discrepancy.search.stepwise.nonparametric_terms", _interrupts)
+def test_behind_the_search_by_the_likelihood_the_causes_and_the_calibration_are_kept(cogging_recording, monkeypatch):
+    monkeypatch.setattr("etb_hil.discrepancy.search.stepwise.consider_force_scale", _interrupts)
     found = plain(explain([cogging_recording], MODEL))
     assert [cause["id"] for cause in found["causes"]] == ["cogging_torque"]
     assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)

@@ -48,7 +48,7 @@ def test_units_and_errors_are_those_of_every_table(tmp_path):
     recording = read_table(path)
     assert recording.series("motor_current").values == pytest.approx([0.001, np.nan, 0.004], nan_ok=True)
     assert recording.notes == [
-        "columns that are no role and were left out: note",
+        "columns without a known role were left out: note",
         "1 rows had the time of the row before and were left out",
     ]
     assert "needs a unit" in _refused(_table(tmp_path, {"time_s": [0.0, 1.0], "motor_current": [1.0, 2.0]}))

@@ -267,10 +267,12 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
 
 def test_columns_that_are_no_role_are_named(tmp_path):
     recording = read_table(table(tmp_path, "time_s,motor_voltage_V,strom,zeit\n0,1,2,3\n1,2,3,4\n"))
-    assert recording.notes == ["columns that are no role and were left out: strom, zeit"]
+    assert recording.notes == ["columns without a known role were left out: strom, zeit"]
     many = ",".join(f"x{k}" for k in range(12))
     (note,) = read_table(table(tmp_path, f"time_s,motor_voltage_V,{many}\n{'0,' * 13}0\n")).notes
     assert note.endswith("x9 and 2 more")
+    (note,) = read_table(table(tmp_path, "time_s,motor_voltage_V,a\x1b[31mb\n0,1,2\n1,2,3\n")).notes
+    assert "\x1b" not in note
 
 
 def test_rows_in_reverse_order_are_one_problem(tmp_path):

@@ -226,7 +226,7 @@ def test_a_station_file_beside_the_bench_file_is_found(tmp_path, capsys):
     assert "no part of this station" in capsys.readouterr().err
 
 
-def test_tidying_deletes_what_need_not_be_kept_and_says_what_stays(tmp_path, capsys):
+def test_tidying_deletes_what_need_not_be_kept(tmp_path, capsys):
     sessions, queue = tmp_path / "sessions", Queue(tmp_path / "sessions")
     old, new = session(sessions, "ETB-0001", "pass"), session(sessions, "ETB-0002", "pass")
     for made in (old, new):

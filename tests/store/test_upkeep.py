@@ -77,7 +77,7 @@ def test_what_is_no_store_is_named(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("option", ["--since", "--until"])
-@pytest.mark.parametrize("text", ["yesterday", "31.12.2026", "2026-13-01", ""])
+@pytest.mark.parametrize("text", ["yesterday", "31.12.2026", "2026-13-01", "", "0001-01-01T00:00+14:00"])
 def test_what_is_no_time_deletes_nothing(filled, capsys, option, text):
     assert main(["store", str(filled), "--delete", option, text]) == 2
     said = capsys.readouterr().err
