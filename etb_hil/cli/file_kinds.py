@@ -30,7 +30,18 @@ def file_schema(kind: str) -> dict[str, Any]:
 
     Editors and other programs use it.
     """
-    return {"$schema": DIALECT, **definition(kind).model_json_schema(by_alias=True)}
+    return {"$schema": DIALECT, **_as_written(definition(kind).model_json_schema(by_alias=True))}
+
+
+def _as_written(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return a schema whose defaults have their units, as the file needs them."""
+    found = {key: _as_written(value) if isinstance(value, dict) else value for key, value in schema.items()}
+    kinds = [found, *found.get("anyOf", ())]
+    default = found.get("default")
+    if isinstance(default, float) and any(kind.get("type") == "string" for kind in kinds):
+        _, unit = next(kind["examples"][0] for kind in kinds if "examples" in kind).split(" ")
+        found["default"] = f"{default:.10g} {unit}"
+    return found
 
 
 def definition(kind: str) -> type[FileModel]:

@@ -70,3 +70,10 @@ def test_the_command_lists_prints_and_writes(tmp_path, capsys):
 def test_a_mistyped_kind_is_answered_with_the_nearest(capsys):
     assert main(["schema", "explanatoin"]) == 2
     assert "did you mean 'explanation'?" in capsys.readouterr().err
+
+
+def test_a_default_has_its_unit_as_in_a_file():
+    phase, bus = file_schema("scenario")["$defs"]["DashPhase"], file_schema("bench")["$defs"]["BusSettings"]
+    assert phase["properties"]["approach"]["default"] == "1.5 rad/s"
+    assert bus["properties"]["data_bitrate"]["default"] == "2000000 bit/s"
+    assert bus["properties"]["channel"]["default"] == "bench"
