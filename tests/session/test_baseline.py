@@ -1,5 +1,7 @@
 """A baseline: what it expects, what it is held against, and what it is made of."""
 
+import re
+
 import pytest
 
 from etb_hil.base.errors import InputError
@@ -159,5 +161,14 @@ def test_values_without_interval_width_or_known_unit_are_not_expected():
 
 
 def test_another_unit_than_a_measurement_has_is_refused_before_a_run(baseline):
-    with pytest.raises(InputError, match=r"baseline\.yaml:2: numbers\.T_st\.value: T_st is measured in N·m"):
-        baseline("{T_st: {value: 0.2 V, tolerance: 5 %}}")
+    with pytest.raises(InputError) as caught:
+        baseline("{T_st: {value: 0.2 V, tolerance: 5 %}, friction_drift: {value: 0.1 V, tolerance: 5 %}}")
+    torque, drift = map(str, caught.value.problems)
+    assert re.search(r"baseline\.yaml:2: numbers\.T_st\.value: T_st is measured in N·m .*; correct the unit", torque)
+    assert "friction_drift is measured in 1/s" in drift
+    assert drift.endswith("leave it out: nothing is expected in this unit")
+
+
+def test_a_value_that_is_infinite_in_si_units_is_refused(baseline):
+    with pytest.raises(InputError, match="a tolerance above 0 is expected"):
+        baseline("{rate: {value: 1e308 kHz, tolerance: 1 kHz}}")
