@@ -115,6 +115,16 @@ def test_an_attempt_that_cannot_be_set_aside_stays_where_it_is(session):
     finish(session, photo=True)
     (session.folder / "attempts").write_bytes(b"")  # as a full disk, this lets no folder be made
     before = names(session.folder)
-    with pytest.raises(OSError, match="attempts"):
+    with pytest.raises(OSError, match="attempts") as caught:
+        set_aside(session, 1)
+    assert caught.value.__context__ is None  # the reason itself, and not what tidying met
+    assert names(session.folder) == before
+
+
+def test_what_was_copied_before_an_attempt_could_not_be_set_aside_is_taken_away(session):
+    finish(session)
+    session.events.unlink()
+    before = names(session.folder)
+    with pytest.raises(FileNotFoundError):
         set_aside(session, 1)
     assert names(session.folder) == before
