@@ -156,7 +156,10 @@ class Recording(recording.Recording):
         return {column_name(role): ROLES[role].unit for role in self._named(roles)}
 
     def _named(self, roles: str | Iterable[str] | None) -> list[str]:
-        return [*self.roles] if roles is None else [roles] if isinstance(roles, str) else [*roles]
+        """Return roles that somebody named, one or several; all where none are."""
+        if isinstance(roles, str):
+            return [roles]
+        return [*(self.roles if roles is None else roles)]
 
     def _repr_html_(self) -> str:
         from etb_hil.api.html import page, table

@@ -217,7 +217,7 @@ def execute(
             try:
                 set_aside(session, attempt)
             except OSError as error:
-                warnings.append(f"attempt {attempt} counts: there is no room for another one ({error})")
+                warnings.append(f"attempt {attempt} counts: its files cannot be set aside for another one ({error})")
                 break
             attempt += 1
         try:

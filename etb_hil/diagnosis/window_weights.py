@@ -1,6 +1,6 @@
 """Weights of the windows of a run in a fit: inverse variances.
 
-They follow from what windows of one kind leave over.
+They follow from the residuals of windows of one kind.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from etb_hil.recording.samples import Float64, Int64
 _LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
 # Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
-# weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
+# weighed by the residual of its kind, or of all windows where fewer than this are of one kind.
 _KINDS = (0.02, 0.1, 0.5)
 _FEWEST = 100
 

@@ -73,7 +73,8 @@ def _of_source(source: Path | StoreAddress, selection: Selection, notes: list[st
         named = _of_session(path)
         if named is None:
             notes.append(_UNFINISHED.format(1))
-        return [named] if named is not None and selection.takes(named) else []
+            return []
+        return [named] if selection.takes(named) else []
     runs = [run for run in _of_sessions(_sessions(path), notes) if selection.takes(run)]
     stored = _of_store(StoreAddress(path / STORE), selection) if (path / STORE).is_file() else []
     return [*stored, *(run for run in waiting_runs(Queue(path).rows()) if selection.takes(run)), *runs]

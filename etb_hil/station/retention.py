@@ -1,4 +1,4 @@
-"""Which sessions have been kept for as long as they have to be, and their removal."""
+"""Which sessions have been kept for as long as they have to be."""
 
 from __future__ import annotations
 
@@ -40,12 +40,6 @@ def expired(folder: Path, rules: Retention, in_store: Iterable[str], now: dateti
             if session.run_id in kept and age > (rules.passed if passed else rules.other):
                 size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
                 found.append(Expired(path, age, size))
-        except (
-            InputError,
-            OSError,
-            KeyError,
-            TypeError,
-            ValueError,
-        ):  # damaged, or just deleted
-            continue
+        except (InputError, OSError, KeyError, TypeError, ValueError):
+            continue  # damaged: for people to look at; or deleted by somebody else just now
     return found

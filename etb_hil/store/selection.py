@@ -47,8 +47,8 @@ EVERYTHING = Selection()
 def moment(name: str, text: str | None) -> str | None:
     """Return a time that somebody named, as the starts of runs are written.
 
-    `name` is that of the option. InputError where it is no time: runs are compared with it as text, and are deleted by
-    it.
+    `name` is that of the option. InputError where the text cannot be read as a time: runs are compared with it as text,
+    and are deleted by it.
     """
     if text is None:
         return None

@@ -61,7 +61,7 @@ from explain_study import searched
             1003012,
             ("presliding_hysteresis", "measurement_delay", "brush_drop"),
             {"rate": 1000},
-            id="a rival while what a later cause explains was still there",
+            id="a competing hypothesis of a cause that matters only beside a later one",
             marks=pytest.mark.study,
         ),
     ],

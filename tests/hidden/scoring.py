@@ -106,7 +106,7 @@ def _single(verdict, causes, true, alike):
 
 def _several(verdict, causes, true):
     found = {name for name in true for cause in causes if name in cause[1] | {cause[0]}}
-    # A confident cause must be one of them; a look-alike of one of them is a wrong name all the same.
+    # A confident cause must be one of them; an effect that the data cannot distinguish from it is a wrong name, too.
     strangers = [cause for cause in causes if not (cause[1] | {cause[0]}) & set(true)]
     if strangers:
         return "wrong_confident" if any(_confident(verdict, c) for c in strangers) else "wrong_class"

@@ -224,6 +224,6 @@ def test_a_damaged_session_costs_itself_alone(sessions, capsys):
 
 
 @pytest.mark.parametrize("words", [["--latest", "0"], ["--latest", "-1"], ["--rows", "0"], ["--since", "yesterday"]])
-def test_a_selection_that_is_none_is_refused(sessions, capsys, words):
+def test_an_invalid_selection_is_refused(sessions, capsys, words):
     assert main(["history", str(sessions), *words]) == 2
     assert words[0].removeprefix("--") in capsys.readouterr().err

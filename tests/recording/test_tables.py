@@ -265,7 +265,7 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
     assert "allowed: .csv" in problem
 
 
-def test_columns_that_are_no_role_are_named(tmp_path):
+def test_columns_without_a_known_role_are_named(tmp_path):
     recording = read_table(table(tmp_path, "time_s,motor_voltage_V,strom,zeit\n0,1,2,3\n1,2,3,4\n"))
     assert recording.notes == ["columns without a known role were left out: strom, zeit"]
     many = ",".join(f"x{k}" for k in range(12))

@@ -55,7 +55,7 @@ def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40
 
 
 def together(seed, count):
-    """Draw effects of the catalogue of which no two are look-alikes, and that no base parameter imitates."""
+    """Draw effects of the catalogue that data can distinguish from each other and from base parameters."""
     rng = np.random.default_rng([seed, 2])
     alone = [name for name in at.CATALOGUE if name not in PARAMETER_LIKE]
     while True:
