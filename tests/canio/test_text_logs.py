@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import re
 from io import StringIO
@@ -86,28 +87,23 @@ def candump_line(draw):
     return draw(st.sampled_from([line, line, line, line, ""])) + draw(st.sampled_from(["\n", "\r\n", "  \n"]))
 
 
-def whole(message, fd):
-    length = len(message.data)
-    if message.dlc > 64 or message.arbitration_id >= 2**29:
+def is_whole(message):
+    length, most = len(message.data), 2**29 if message.is_extended_id or message.is_error_frame else 2**11
+    if message.dlc > 64 or message.arbitration_id >= most:
         return False
     announced = 0 if message.is_remote_frame or message.is_error_frame else message.dlc
-    return (min(announced, 8) if not fd else announced) <= length <= (
-        64 if fd else 8
-    ) and message.arbitration_id < 2**29
+    return (announced if message.is_fd else min(announced, 8)) <= length <= (64 if message.is_fd else 8)
 
 
-def peer(text, suffix):
-    """What python-can reads, up to the line at which it stops, or to a frame that is not whole."""
+def peer(lines, suffix):
+    """What python-can reads of each line by itself: a line that it refuses costs no other."""
     found = []
-    try:
-        for message in READERS[suffix](StringIO(text, newline=None)):
-            if not whole(message, message.is_fd):
-                break
-            if int(re.sub(r".*?(\d*)$", r"\1", str(message.channel)) or 0) <= 255:  # no column holds more
-                found.append(message)
-    except (ValueError, IndexError, UnboundLocalError):
-        pass
-    return found
+    for line in lines:
+        text = (HEAD if suffix == ".asc" else "") + line
+        with contextlib.suppress(ValueError, IndexError, UnboundLocalError):
+            found += filter(is_whole, READERS[suffix](StringIO(text, newline=None)))
+    # No column holds more channels.
+    return [one for one in found if int(re.sub(r".*?(\d*)$", r"\1", str(one.channel)) or 0) <= 255]
 
 
 @pytest.mark.parametrize("suffix", [".asc", ".log"])
@@ -118,7 +114,7 @@ def test_random_lines_are_read_as_python_can_reads_them(tmp_path_factory, suffix
     text = (HEAD if suffix == ".asc" else "") + "".join(lines)
     path = tmp_path_factory.mktemp("log") / f"random{suffix}"
     path.write_bytes(text.encode())
-    messages = peer(text, suffix)
+    messages = peer(lines, suffix)
     try:
         got, _ = read(path)
     except InputError:
@@ -313,7 +309,7 @@ def test_frames_on_channels_beyond_255_are_left_out_and_counted(tmp_path, suffix
     got, notes = read(path)
     assert (got.channel.tolist(), got.data[:, 0].tolist()) == ([255], [0])
     assert len(notes) == 1
-    assert "a frame on channel 256 was left out" in notes[0]
+    assert "was left out: channels are numbered from 0 to 255" in notes[0]
     assert notes[0].endswith("(the first of 2 such places)")
 
 
@@ -333,3 +329,97 @@ def test_what_unpacks_to_a_thousand_times_its_size_is_given_up(tmp_path):
     got, notes = read(path)
     assert len(got) == 1
     assert "it unpacks to more than 250 times its size" in notes[0]
+
+
+def test_two_names_of_one_number_are_two_channels(tmp_path):
+    path = tmp_path / "two.log"
+    path.write_text("(1.0) left 123#00\n(1.0) right 123#01\n(1.1) left 123#02\n(1.1) can1 123##103\n")
+    got, notes = read(path)
+    assert got.channel.tolist() == [0, 1, 0, 2]
+    assert len(notes) == 1
+    assert notes[0].endswith("left is channel 0, right is channel 1, can1 is channel 2")
+
+
+def test_names_with_numbers_of_their_own_keep_them(tmp_path):
+    path = tmp_path / "own.log"
+    path.write_text("".join(f"({n}.0) {name} 123#00\n" for n, name in enumerate(("vcan12", "can0", "vcan12", "can3"))))
+    got, notes = read(path)
+    assert (got.channel.tolist(), notes) == ([12, 0, 12, 3], [])
+
+
+def test_channels_0_and_1_of_an_asc_log_are_two(tmp_path):
+    path = tmp_path / "two.asc"
+    frames = "1.0 0 123 Rx d 1 00\n1.0 1 123 Rx d 1 01\n1.1 CANFD 1 Rx 123 0 0 1 1 5A\n1.1 0 123 rx d 1 02\n"
+    path.write_text(HEAD + frames)
+    got, notes = read(path)
+    assert got.channel.tolist() == [0, 1, 1, 0]
+    assert "0 is channel 0, 1 is channel 1" in notes[-1]
+
+
+@pytest.mark.parametrize("head", [
+    "date Mi. Sep 30 15:06:13.191 2017\nbase dec  timestamps absolute\n",
+    "\ufeffdate Sat Sep 30 15:06:13.191 2017\nbase dec  timestamps absolute\n",
+    "; from a converter\ndate Sat Sep 30 15:06:13.191 2017\nbase dec  timestamps absolute\n",
+    "date Sat Sep 30 15:06:13.191 2017\nBegin Triggerblock Sat Sep 30 15:06:13.191 2017\nbase dec timestamps absolute\n",
+])  # fmt: skip
+def test_decimal_numbers_are_read_as_such_wherever_the_header_says_so(tmp_path, head):
+    path = tmp_path / "decimal.asc"
+    path.write_text(head + "0.100000 1  256             Rx   d 2 17 34\n0.200000 1  257             Rx   d 2 99 255\n")
+    log = read_log(path)
+    got = concatenate_frames(log)
+    assert got.ident.tolist() == [256, 257]
+    assert got.data[:, :2].tolist() == [[17, 34], [99, 255]]
+    assert log.begin_ns is not None
+
+
+def test_a_line_of_the_header_that_is_not_known_is_noted(tmp_path):
+    path = tmp_path / "remark.asc"
+    path.write_text("; from a converter\n" + HEAD + "1.0 1 123 Rx d 1 00\n")
+    got, notes = read(path)
+    assert len(got) == 1
+    assert notes == [f"{path}:1: holds no frame that can be read and was left out: '; from a converter'"]
+
+
+def test_a_log_in_utf_16_is_refused_with_its_encoding(tmp_path):
+    path = tmp_path / "wide.asc"
+    path.write_text(HEAD + "1.0 1 123 Rx d 1 00\n", encoding="utf-16")
+    with pytest.raises(InputError, match=r"wide\.asc.*UTF-16.*save it as UTF-8"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "line", "why"),
+    [
+        (".asc", "1.1 1 123 Rx d 2 2G 00", "2G"),
+        (".asc", "1.1 1 123 Rx d 3 00 01", "2 bytes of 3"),
+        (".asc", "1.1 1 7FFFFFF Rx d 1 00", "identifier 7ffffff, at most 7ff is allowed"),
+        (".log", "(1.1) can0 123#2G00", "2G"),
+        (".log", "(1.1) can0 FFF#00", "identifier fff, at most 7ff is allowed"),
+    ],
+)
+def test_a_damaged_line_costs_itself_alone(tmp_path, suffix, line, why):
+    good = "1.0 1 124 Rx d 1 01\n" if suffix == ".asc" else "(1.0) can0 124#01\n"
+    path = tmp_path / f"damaged{suffix}"
+    path.write_text((HEAD if suffix == ".asc" else "") + good + f"{line}\n" + good + f"{line}\n" + good)
+    got, notes = read(path)
+    assert got.ident.tolist() == [0x124] * 3
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{path}:{5 if suffix == '.asc' else 2}: is not readable as ")
+    assert why in notes[0]
+    assert notes[0].endswith("(the first of 2 such places)")
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".log"])
+def test_a_log_of_damaged_lines_alone_is_refused_at_the_first(tmp_path, suffix):
+    line = "1.1 1 123 Rx d 2 2G 00\n" if suffix == ".asc" else "(1.1) can0 123#2G00\n"
+    path = tmp_path / f"damaged{suffix}"
+    path.write_text(line * 3)
+    with pytest.raises(InputError, match=rf"damaged{suffix}:1: is not readable as .*2G"):
+        read(path)
+
+
+def test_an_error_frame_of_candump_keeps_its_channel(tmp_path):
+    path = tmp_path / "error.log"
+    path.write_text("(1.0) can12 20000080#0000000000000000\n")
+    got, _ = read(path)
+    assert (got.channel.tolist(), got.flags[0] & FrameFlag.ERROR) == ([12], FrameFlag.ERROR)

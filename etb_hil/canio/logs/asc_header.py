@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 _LINE = re.compile(
-    rb"\s*(date\s+\w+\s+(?P<date>.+)|base\s+(?P<base>hex|dec)\b(\s+timestamps\s+(?P<stamps>\w+))?.*|//.*"
+    rb"\s*(date\s+\S+\s+(?P<date>.+)|base\s+(?P<base>hex|dec)\b(\s+timestamps\s+(?P<stamps>\w+))?.*|//.*"
     rb"|(no)?\s*internal\s+events\s+logged.*)?",
     re.IGNORECASE,
 )
+_EVENTS = re.compile(rb"\s*(\d|begin\s)", re.IGNORECASE)  # where they begin: with a time, or a block of them
 # A measurement that was begun later than its file: the block's date is that of stamp zero.
 _BEGIN = re.compile(
     rb"begin[ \t]+triggerblock[ \t]+\S+[ \t]+(\S[^\n]*)\n\s*0\.0+\s+start of measurement", re.IGNORECASE
@@ -43,7 +44,7 @@ class AscHeader:
     The size is in bytes and lines; the time of stamp zero in ns is None without a date.
 
     The time is that of the recording computer's zone: two logs of one computer can be compared. `is_running`: stamps
-    count from the event before.
+    count from the event before. `unknown`: lines, counted from 1, that tell nothing which is known.
     """
 
     base: int
@@ -51,25 +52,33 @@ class AscHeader:
     lines: int
     begin_ns: int | None
     is_running: bool
+    unknown: tuple[tuple[int, bytes], ...]
 
 
 def read_header(text: bytes) -> AscHeader:
-    """Read the first whole lines of a log."""
+    """Read the whole lines before the first event of a log."""
     start = lines = 0
     base, date, is_running = 16, b"", False
-    while start < len(text):
+    unknown = []
+    while start < len(text) and not _EVENTS.match(text, start):
         end = text.index(b"\n", start)
         match = _LINE.fullmatch(text[start:end].rstrip())
         if not match:
-            break
-        if match["base"]:
-            base = 10 if match["base"].lower() == b"dec" else 16
+            unknown.append((lines + 1, text[start:end]))
+        elif match["base"]:
+            base = base_of(text[start:end]) or base
             is_running = (match["stamps"] or b"").lower() == b"relative"
-        date = match["date"] or date
+        date = (match and match["date"]) or date
         lines += 1
         start = end + 1
     begin = _BEGIN.match(text[start:].lstrip())
-    return AscHeader(base, start, lines, _time_ns(begin[1] if begin else date), is_running)
+    return AscHeader(base, start, lines, _time_ns(begin[1] if begin else date), is_running, tuple(unknown))
+
+
+def base_of(line: bytes) -> int | None:
+    """Return the base of numbers that a line of a header tells, None of another line."""
+    match = _LINE.fullmatch(line.rstrip())
+    return None if match is None or not match["base"] else 10 if match["base"].lower() == b"dec" else 16
 
 
 def is_other_event(line: bytes) -> bool:

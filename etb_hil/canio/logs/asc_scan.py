@@ -10,6 +10,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.canio.frames import FD_LENGTHS
 from etb_hil.canio.logs.text_scan import (
     BITRATE_SWITCH,
+    CHANNEL,
     DIGIT,
     DONE,
     DOT,
@@ -28,6 +29,7 @@ from etb_hil.canio.logs.text_scan import (
     ROWS,
     SENT,
     SPACE,
+    STANDARD,
     TEN,
     THREE,
     TWO,
@@ -35,6 +37,7 @@ from etb_hil.canio.logs.text_scan import (
     blank,
     is_plain,
     number,
+    numbered,
     past_blanks,
     past_token,
     put,
@@ -45,7 +48,7 @@ from etb_hil.canio.logs.text_scan import (
 )
 
 if TYPE_CHECKING:
-    from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64
+    from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64, UInt64
 
 _LENGTHS = np.array(FD_LENGTHS, np.int64)
 _MAX_IDENT = 0x1FFFFFFF
@@ -53,17 +56,25 @@ _MAX_CHANNEL = 256  # as the file counts them
 _IS_WORD = np.array([chr(code).isalnum() or code == ord("_") for code in range(128)] + [False] * 128)
 _ERRORFRAME = np.frombuffer(b"errorframe", np.uint8)
 _R, _T, _D, _EXTENDED_MARK = 82, 84, 100, 120  # R T d x
-_CANFD = np.frombuffer(b"canfd", np.uint8)
+_CANFD, _BASE = np.frombuffer(b"canfd", np.uint8), np.frombuffer(b"base", np.uint8)
 
 
 @njit(cache=True, error_model="numpy")
 def scan_asc(
-    text: Bytes, newlines: Int64, plain: bool, base: int, columns: Columns, passed: Int64, state: Int64
+    text: Bytes,
+    newlines: Int64,
+    plain: bool,
+    base: int,
+    keys: UInt64,
+    columns: Columns,
+    passed: Int64,
+    state: Int64,
 ) -> int:
     """Read the events of an ASC log from line `state[LINE]` on; numbers are of `base`.
 
-    `newlines` says where each line ends, `plain` whether all are known to be plain text. Lines without a frame are
-    entered in `passed`, `state[PASSED]` of them.
+    `newlines` says where each line ends, `plain` whether all are known to be plain text. `keys` (256): what the
+    channels with a number are known by, at their numbers; 0 where there is none. Lines without a frame are entered in
+    `passed`, `state[PASSED]` of them.
     """
     stamps, idents, flags, lengths, data, channels = columns
     row, line, reason = state[ROWS], state[LINE], DONE
@@ -95,6 +106,8 @@ def scan_asc(
                 channel = channel * 10 + DIGIT[text[place]]
                 place += ONE
             is_usual &= NOTHING < place - begin < TEN and text[place] == SPACE and channel <= _MAX_CHANNEL
+            counted = max(int(channel) - 1, 0)
+            is_usual = is_usual and keys[counted] == key_of_number(channel)
             while text[place] == SPACE:
                 place += ONE
             begin, ident, extended = place, np.int64(0), np.int64(0)
@@ -105,7 +118,7 @@ def scan_asc(
             if text[place] == _EXTENDED_MARK:
                 extended = np.int64(EXTENDED)
                 place += ONE
-            is_usual &= text[place] == SPACE
+            is_usual &= text[place] == SPACE and (extended != 0 or ident <= STANDARD)
             while text[place] == SPACE:
                 place += ONE
             sent = text[place] == _T
@@ -130,7 +143,7 @@ def scan_asc(
                         stamps[out] = whole * 1_000_000_000 + fraction * POWERS[np.uint64(9) - digits]
                         idents[out], lengths[out] = ident, length
                         flags[out] = extended | (SENT if sent else 0)
-                        channels[out] = max(int(channel) - 1, 0)
+                        channels[out] = counted
                         row, at, line = row + 1, stop + 1, line + 1
                         continue
         elif not (plain or is_plain(text, at, stop)):
@@ -138,7 +151,7 @@ def scan_asc(
             break
         end = trimmed(text, at, stop)
         at = past_blanks(text, at, end)
-        found = _asc_event(text, at, end, np.int64(base), columns, row)
+        found = _asc_event(text, at, end, np.int64(base), keys, columns, row)
         if found < 0:
             reason = int(-found)
             break
@@ -152,27 +165,31 @@ def scan_asc(
 
 
 @njit(cache=True, error_model="numpy")
-def _asc_event(text: Bytes, at: np.int64, end: np.int64, base: np.int64, columns: Columns, row: np.int64) -> np.int64:
+def _asc_event(
+    text: Bytes, at: np.int64, end: np.int64, base: np.int64, keys: UInt64, columns: Columns, row: np.int64
+) -> np.int64:
     """Return 1 for a frame, written into its row, 0 for another event.
 
     A negative number says why it was not read.
     """
     nothing, odd = np.int64(0), np.int64(-ODD)
+    if starts_with(text, at, end, _BASE):  # numbers may be written in another way from here on
+        return odd
     stamp, at, there = seconds(text, at, end)
     if not there or at >= end or not blank(text[at]):
         return nothing
     at = past_blanks(text, at, end)
     if starts_with(text, at, end, _CANFD):
-        return odd if stamp < 0 else _asc_fd(text, at, end, base, stamp, columns, row)
+        return odd if stamp < 0 else _asc_fd(text, at, end, base, stamp, keys, columns, row)
     first = at
     channel, at = number(text, at, end, np.int64(10), np.int64(9))
     if at == first or at >= end or not blank(text[at]):
         return nothing
     at = past_blanks(text, at, end)
-    channel = _index(channel) if channel >= 0 else channel
+    channel = _index(channel, keys)
     if starts_with(text, at, end, _ERRORFRAME):
         if stamp < 0 or channel < 0:
-            return odd
+            return odd if stamp < 0 else channel
         put(columns, row, stamp, np.int64(0), np.int64(ERROR | EXTENDED), np.int64(0), channel)
         return np.int64(1)
     return _asc_classic(text, at, end, base, stamp, channel, columns, row)
@@ -200,8 +217,10 @@ def _asc_classic(
     if flag == -2:
         return nothing
     ident, extended = _identifier(text, at_ident, at, base)
-    if flag < 0 or ident < 0 or stamp < 0 or channel < 0:
+    if flag < 0 or ident < 0 or stamp < 0 or (not extended and ident > STANDARD):
         return odd
+    if channel < 0:
+        return channel
     flag |= extended
     at = past_blanks(text, past_blanks(text, at, end) + 2, end)
     if at >= end or (at + 1 < end and not blank(text[at + 1])):
@@ -227,7 +246,14 @@ def _asc_classic(
 
 @njit(cache=True, error_model="numpy")
 def _asc_fd(
-    text: Bytes, at: np.int64, end: np.int64, base: np.int64, stamp: np.int64, columns: Columns, row: np.int64
+    text: Bytes,
+    at: np.int64,
+    end: np.int64,
+    base: np.int64,
+    stamp: np.int64,
+    keys: UInt64,
+    columns: Columns,
+    row: np.int64,
 ) -> np.int64:
     """Read `CANFD channel direction ident [name] brs esi code length payload`.
 
@@ -244,9 +270,9 @@ def _asc_fd(
     channel, at = number(text, past_blanks(text, at, end), end, np.int64(10), np.int64(9))
     if channel < 0 or at >= end or not blank(text[at]):
         return odd
-    channel = _index(channel)
+    channel = _index(channel, keys)
     if channel < 0:
-        return odd
+        return channel
     at = past_blanks(text, at, end)
     flag = _direction(text, at, end)
     if flag < 0:
@@ -257,7 +283,7 @@ def _asc_fd(
         return np.int64(1)
     stop = past_token(text, at, end)
     ident, extended = _identifier(text, at, stop, base)
-    if ident < 0:
+    if ident < 0 or (not extended and ident > STANDARD):
         return odd
     flag |= extended | FD
     at = past_blanks(text, stop, end)
@@ -350,9 +376,15 @@ def _payload(
 
 
 @njit(cache=True, error_model="numpy")
-def _index(channel: np.int64) -> np.int64:
-    """Return a channel of the file, which counts from 1.
+def key_of_number(channel: np.int64) -> np.uint64:
+    """Return what a channel of the file is known by."""
+    return np.uint64(channel + 1)
 
-    The result is -1 where a column does not hold it.
-    """
-    return np.int64(max(int(channel) - 1, 0) if channel <= _MAX_CHANNEL else -1)
+
+@njit(cache=True, error_model="numpy")
+def _index(channel: np.int64, keys: UInt64) -> np.int64:
+    """Return the number of a channel of the file, negative: why there is none."""
+    if channel < 0:
+        return np.int64(-ODD)
+    index = numbered(keys, key_of_number(channel), np.int64(max(int(channel) - 1, 0)))
+    return index if index >= 0 else np.int64(-CHANNEL)

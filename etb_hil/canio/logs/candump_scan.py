@@ -9,6 +9,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.canio.logs.text_scan import (
     BITRATE_SWITCH,
+    CHANNEL,
     DIGIT,
     DONE,
     DOT,
@@ -18,6 +19,7 @@ from etb_hil.canio.logs.text_scan import (
     ERROR_STATE,
     EXTENDED,
     FD,
+    KEY,
     LINE,
     NOTHING,
     ODD,
@@ -27,13 +29,16 @@ from etb_hil.canio.logs.text_scan import (
     ROWS,
     SENT,
     SPACE,
+    STANDARD,
     TEN,
     THREE,
     TWO,
     WIDE,
     blank,
     is_plain,
+    key_of,
     number,
+    numbered,
     past_blanks,
     past_token,
     put,
@@ -43,7 +48,7 @@ from etb_hil.canio.logs.text_scan import (
 )
 
 if TYPE_CHECKING:
-    from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64
+    from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64, UInt64
 
 _MAX_IDENT = 0x1FFFFFFF
 _FAR = 256  # a channel that no column holds
@@ -55,10 +60,11 @@ _SMALL = 0x20  # makes a letter a small one
 
 
 @njit(cache=True, error_model="numpy")
-def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, state: Int64) -> int:
+def scan_candump(text: Bytes, newlines: Int64, plain: bool, keys: UInt64, columns: Columns, state: Int64) -> int:
     """Read lines as `candump -L` writes them from line `state[LINE]` on.
 
-    `newlines` says where each line ends, `plain` whether all are known to be plain text.
+    `newlines` says where each line ends, `plain` whether all are known to be plain text. `keys` (256): what
+    the channels with a number are known by, at their numbers; 0 where there is none.
     """
     stamps, idents, flags, lengths, data, channels = columns
     row, line, reason = state[ROWS], state[LINE], DONE
@@ -84,12 +90,13 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
             digits = place - point - ONE
             if is_usual:
                 place += TWO
-                channel = 0
+                channel, key = 0, NOTHING
                 while text[place] > SPACE:
                     digit = DIGIT[text[place]]
                     channel = min(channel * 10 + int(digit), _FAR) if digit < 10 else 0
+                    key = key * KEY + np.uint64(text[place])
                     place += ONE
-                is_usual = text[place] == SPACE and channel < _FAR
+                is_usual = text[place] == SPACE and channel < _FAR and keys[channel] == key
                 place += ONE if is_usual else NOTHING
                 begin, ident = place, np.int64(0)
                 while DIGIT[text[place]] < 16:
@@ -97,6 +104,7 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
                     place += ONE
                 letters = place - begin
                 is_usual &= NOTHING < letters < TEN and ident <= _MAX_IDENT and text[place] == _HASH
+                is_usual &= letters > THREE or ident <= STANDARD
                 last, sent = np.uint64(stop), text[stop - 1] == _SENT
                 if text[stop - 2] == SPACE and (sent or text[stop - 1] == _RECEIVED):  # a direction
                     last -= TWO
@@ -121,7 +129,7 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
             break
         end = trimmed(text, at, stop)
         at = past_blanks(text, at, end)
-        found = _frame(text, at, end, columns, row) if at < end else np.int64(0)
+        found = _frame(text, at, end, keys, columns, row) if at < end else np.int64(0)
         if found < 0:
             reason = int(-found)
             break
@@ -132,7 +140,7 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
 
 
 @njit(cache=True, error_model="numpy")
-def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.int64) -> np.int64:
+def _frame(text: Bytes, at: np.int64, end: np.int64, keys: UInt64, columns: Columns, row: np.int64) -> np.int64:
     """Read `(seconds) channel ident#payload [direction]`.
 
     Return 1, or why it was not read, negative.
@@ -145,14 +153,12 @@ def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.i
         return odd
     first = past_blanks(text, at + 1, end)
     at = past_token(text, first, end)
-    channel = _channel(text, first, at)
-    if channel == _FAR:
-        return odd
+    channel = numbered(keys, key_of(text[first:at]), _channel(text, first, at))
     first = past_blanks(text, at, end)
     ident, at = number(text, first, end, np.int64(16), np.int64(8))
-    if ident < 0 or at >= end or text[at] != _HASH:
-        return odd
     flag, most = np.int64(EXTENDED if at - first > 3 else 0), np.int64(8)
+    if ident < 0 or at >= end or text[at] != _HASH or (not flag and ident > STANDARD):
+        return odd
     at += 1
     if at < end and text[at] == _HASH:
         if at + 1 >= end or DIGIT[text[at + 1]] > 15:
@@ -180,8 +186,10 @@ def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.i
         if at + 1 != end or (direction not in (_R, _T)):
             return odd
         flag |= SENT if direction == _T else 0
+    if channel < 0:  # last: a damaged line names no channel
+        return np.int64(-CHANNEL)
     if ident & _ERROR_IDENT:
-        put(columns, row, stamp, np.int64(0), np.int64(ERROR | EXTENDED), np.int64(0), np.int64(0))
+        put(columns, row, stamp, np.int64(0), np.int64(ERROR | EXTENDED), np.int64(0), channel)
     elif remote:
         put(columns, row, stamp, ident & _MAX_IDENT, flag, length, channel)
     else:

@@ -21,6 +21,7 @@ from etb_hil.base.errors import InputError, Place, Problem, shortened
 from etb_hil.base.lean_imports import bring_asammdf_back
 from etb_hil.base.userfile import require_file
 from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.logs.channels import FAR, Channels, too_far
 from etb_hil.canio.logs.line_source import LineSource, reader_warnings
 from etb_hil.canio.logs.log_reader import TABLES
 from etb_hil.canio.logs.notes import Notes
@@ -28,12 +29,9 @@ from etb_hil.canio.logs.sqlite_rows import SqliteRows
 from etb_hil.canio.messages import from_messages
 
 CHUNK = 8192
-MAX_CHANNEL = 255
-MAX_IDENT = 0x1FFFFFFF
-_FAR = "channel"  # kind of a note
+STANDARD, MAX_IDENT = 0x7FF, 0x1FFFFFFF  # largest identifiers of 11 and of 29 bits
 Note = Callable[[str, str], None]  # takes what could not be read, and of what kind that is
 MAX_SECONDS = 9e9  # what int64 holds in nanoseconds
-_INDEX = re.compile(r"[0-9]+\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +46,8 @@ class _Format:
     fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
     remedy: str = "check that the file is what its name says"
     others: str = r"\s*$"  # lines that hold no frame, and are not meant to
-    first_channel: int = 0  # PEAK's buses count from 1, and python-can's reader, not its writer, keeps their number
+    first_channel: int = 0  # what the file's channels count from: 1 for Vector and PEAK
+    subtracted: int = 0  # what python-can's reader takes from their number: PEAK's it keeps
 
 
 def _mf4_reader(path: Path) -> Any:  # noqa: ANN401 (python-can's readers share no type)
@@ -64,7 +63,7 @@ _CSV_COLUMNS = "its columns are timestamp, arbitration_id, extended, remote, err
 # still distinguishes (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so
 # that a nanosecond survives. CSV, SQLite and MF4 hold the float itself.
 FORMATS = {
-    ".asc": _Format("ASC", can.ASCReader, 1),
+    ".asc": _Format("ASC", can.ASCReader, 1, first_channel=1, subtracted=1),
     ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, others=_TRC_OTHERS, first_channel=1),
     ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
     ".csv": _Format(
@@ -105,7 +104,8 @@ class ForeignLog:
                 lines.frame_line = lines.line
 
         with closing(lines) if lines else nullcontext(), reader_warnings(note):
-            messages = self._messages(lines or self.path, note)
+            channels = Channels(self._format.first_channel)
+            messages = self._messages(lines or self.path, channels, note)
             more = True
             while more:
                 chunk, fault = _take(messages)
@@ -113,7 +113,7 @@ class ForeignLog:
                     frames += len(chunk)
                     yield _block(chunk, self._format)
                 more = len(chunk) == CHUNK and fault is None
-            self.notes += notes.told()
+            self.notes += [*notes.told(), *(f"{self.path}: {told}" for told in channels.told())]
         line = lines.line if lines else None
         if fault is not None:
             self._stopped(fault, frames, line)
@@ -127,12 +127,12 @@ class ForeignLog:
         require_file(self.path)  # here, where the error is of one kind, whichever library reads it
         return None
 
-    def _messages(self, source: LineSource | Path, note: Note) -> Iterator[can.Message]:
+    def _messages(self, source: LineSource | Path, channels: Channels, note: Note) -> Iterator[can.Message]:
         with self._format.reader(source) as reader:
             for message in reader:
                 if isinstance(source, LineSource):
                     source.took_frame()
-                if _is_held(message, self._format, note):
+                if _is_held(message, self._format, channels, note):
                     yield message
 
     def _stopped(self, fault: Exception, frames: int, line: int | None) -> None:
@@ -143,35 +143,34 @@ class ForeignLog:
         self.notes.append(f"{place}: {what}; the {frames} frames before are kept")
 
 
-def frames_of_text(text: str, suffix: str, note: Note) -> tuple[FrameBlock, str]:
+def frames_of_text(text: str, suffix: str, channels: Channels, note: Note) -> tuple[FrameBlock, str]:
     """Return the frames in lines of text, and why python-can stopped, if it did.
 
     `note` takes warnings.
     """
     known = FORMATS[suffix]
     with reader_warnings(note), known.reader(StringIO(text, newline=None)) as reader:
-        messages, fault = _take(message for message in reader if _is_held(message, known, note))
+        messages, fault = _take(message for message in reader if _is_held(message, known, channels, note))
     return _block(messages, known), shortened(str(fault) or type(fault).__name__) if fault else ""
 
 
-def _is_held(message: can.Message, known: _Format, note: Note) -> bool:
-    """Make a number of a message's channel, and return whether a column holds it.
-
-    Else it is noted.
+def _is_held(message: can.Message, known: _Format, channels: Channels, note: Note) -> bool:
+    """Make a number of a message's channel; return False, and note it, without one.
 
     Raises ValueError for a message that is not whole or that no bus can carry: python-can's readers let them through.
     """
     length = len(message.data)
     if not _announced(message, known) <= length <= (64 if message.is_fd else 8) or not 0 <= message.dlc <= 64:
         raise ValueError(f"{length} bytes of {message.dlc}")
-    if not 0 <= message.arbitration_id <= MAX_IDENT:
-        raise ValueError(f"no identifier: {message.arbitration_id:x}")
+    most = MAX_IDENT if message.is_extended_id or message.is_error_frame else STANDARD
+    if not 0 <= message.arbitration_id <= most:
+        raise ValueError(f"identifier {message.arbitration_id:x}, at most {most:x} is allowed")
     if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
         raise ValueError(f"no time: {message.timestamp}")
-    index = _INDEX.search(str(message.channel))  # vcan1 is channel 1
-    channel = max(int(index[0][-18:]) - known.first_channel, 0) if index else 0
-    if channel > MAX_CHANNEL:
-        note(f"a frame on channel {channel} was left out: channels are numbered up to {MAX_CHANNEL}", _FAR)
+    name = message.channel + known.subtracted if isinstance(message.channel, int) else message.channel or ""
+    channel = channels.number(str(name))
+    if channel is None:
+        note(too_far(str(name)), FAR)
         return False
     message.channel = channel
     return True

@@ -1,7 +1,8 @@
 """Logs in text, candump's and Vector's ASC, at the speed of a compiled scanner.
 
 Lines that the scanner does not take are read by python-can, one by one, so that every file gives what python-can reads
-of it; importing python-can takes longer than most logs, which is why it happens only there.
+of it. One that it refuses is left out and noted: a damaged line costs no other. Importing python-can takes longer than
+most logs, which is why it happens only there.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.userfile import open_file
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs import text_scan as scan
-from etb_hil.canio.logs.asc_header import is_other_event, read_header
-from etb_hil.canio.logs.asc_scan import scan_asc
+from etb_hil.canio.logs.asc_header import base_of, is_other_event, read_header
+from etb_hil.canio.logs.asc_scan import key_of_number, scan_asc
 from etb_hil.canio.logs.candump_scan import scan_candump
+from etb_hil.canio.logs.channels import MOST, Channels
 from etb_hil.canio.logs.gunzip import BROKEN, Gunzip
 from etb_hil.canio.logs.line_source import LEFT_OUT, OddLines, left_out
 from etb_hil.canio.logs.notes import Notes
@@ -40,6 +42,10 @@ _HALF = re.compile(
     re.IGNORECASE,
 )
 _EVENT = re.compile(rb"\s*\d")  # of an ASC log: it starts with its time
+_CHANNEL = re.compile(rb"\s*\S+\s+(?:canfd\s+)?(\S+)", re.IGNORECASE)
+_MARK, _WIDE_MARKS = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")  # at the beginning of UTF-8 and UTF-16
+_CHECK = "check that the file is what its name says"
+_DAMAGED = "damaged"  # kind of a note
 
 
 class TextLog:
@@ -52,31 +58,35 @@ class TextLog:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.notes: list[str] = []
         self.begin_ns: int | None = 0
         self._suffix = (path.with_suffix("") if path.suffix.lower() == ".gz" else path).suffix.lower()
-        self._frames = self._line = 0
-        self._base = 16
-        self._width = 8
-        self._fault = ""
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        self.notes: list[str] = []
+        self._frames, self._line, self._base, self._width, self._fault = 0, 0, 16, 8, ""
         self._is_open = False  # the last line has no end
         self._odd_lines = OddLines()
         self._odd, self._is_noted = Notes(), False  # what was left out, and whether that was said of the odd line
+        self._first_damage: Problem | None = None  # the first line that python-can refused
+        self._channels = Channels(first=1 if self._suffix == ".asc" else 0)
+        self._keys = np.zeros(MOST, np.uint64)
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in blocks of bounded size.
 
         InputError where not even the first frame can be read.
         """
-        self.notes, self._odd = [], Notes()
-        self._frames, self._line, self._base, self._width, self._fault = 0, 0, 16, 8, ""
-        self._is_open = self._is_noted = False
-        self._odd_lines = OddLines()
+        self._begin_anew()
         yield from self._blocks()
-        self.notes += self._odd.told()
+        if not self._frames and self._first_damage is not None:
+            raise InputError(self._first_damage)
+        self.notes += [*self._odd.told(), *(f"{self.path}: {told}" for told in self._channels.told())]
 
     def _blocks(self) -> Iterator[FrameBlock]:
         for text in self._chunks():
+            if not self._line:
+                text = self._encoded(text)  # noqa: PLW2901 (a mark of its encoding is no part of it)
             if not self._line and self._suffix == ".asc":
                 text = text[self._header(text) :]  # noqa: PLW2901 (the header is no part of the events)
             frames = concatenate_frames(self._parts(text))
@@ -89,6 +99,12 @@ class TextLog:
             if self._fault:
                 self._stopped()
                 return
+
+    def _encoded(self, text: bytes) -> bytes:
+        """Return the first text without a mark of its encoding; InputError of UTF-16."""
+        if text.startswith(_WIDE_MARKS):
+            raise InputError(Problem("is text in UTF-16", Place(self.path), remedy="save it as UTF-8"))
+        return text.removeprefix(_MARK)
 
     def _chunks(self) -> Iterator[bytes]:
         """Yield whole lines, about a chunk at a time.
@@ -128,6 +144,8 @@ class TextLog:
         self._base, self._line, self.begin_ns = header.base, header.lines, header.begin_ns
         if header.is_running:
             self.notes.append(f"{self.path}: its stamps count from the event before and were taken as they stand")
+        for line, what in header.unknown:
+            self._odd.add(Place(self.path, line), left_out(what.decode("utf-8", "replace")), LEFT_OUT)
         return header.size
 
     def _parts(self, text: bytes) -> Iterator[FrameBlock]:
@@ -142,9 +160,9 @@ class TextLog:
             state[scan.ROWS] = 0
             columns = (block.stamp_ns, block.ident, block.flags, block.length, block.data, block.channel)
             if self._suffix == ".asc":
-                reason = scan_asc(raw, newlines, plain, self._base, columns, passed, state)
+                reason = scan_asc(raw, newlines, plain, self._base, self._keys, columns, passed, state)
             else:
-                reason = scan_candump(raw, newlines, plain, columns, state)
+                reason = scan_candump(raw, newlines, plain, self._keys, columns, state)
             yield block.select(slice(int(state[scan.ROWS])))
             line = int(state[scan.LINE])
             for other in passed[: int(state[scan.PASSED])].tolist():
@@ -159,36 +177,56 @@ class TextLog:
             if reason == scan.WIDE:
                 self._width = 64
                 continue
+            if reason == scan.CHANNEL and self._is_numbered(_line(text, newlines, line)):
+                continue
             self._line += 1
             yield self._odd_line(_line(text, newlines, line))
             if self._fault:
                 return
             state[scan.LINE] += 1
 
-    def _odd_line(self, line: bytes) -> FrameBlock:
-        """Return what python-can makes of a line.
+    def _is_numbered(self, line: bytes) -> bool:
+        """Give the channel of a line its number; False where there is none for it."""
+        found = _CHANNEL.match(line)
+        name = b"" if found is None else found[1]
+        number = self._channels.number(name.decode("utf-8", "replace"))
+        if number is None:
+            return False
+        if self._suffix == ".asc":
+            self._keys[number] = key_of_number(np.int64(int(name)))
+        else:
+            self._keys[number] = scan.key_of(np.frombuffer(name, np.uint8))
+        return True
 
-        Where it refuses the line, the reading ends.
-        """
+    def _odd_line(self, line: bytes) -> FrameBlock:
+        """Return what python-can makes of a line; one that it refuses is left out."""
         from etb_hil.canio.logs.foreign import frames_of_text  # noqa: PLC0415 (importing can is slow)
 
-        head = (
-            f"base {'dec' if self._base == 10 else 'hex'}\ninternal events logged\n" if self._suffix == ".asc" else ""
-        )
+        self._is_noted = False
         if len(line) > MAX_LINE_BYTES:
             self._fault = f"a line of {len(line)} bytes"
             return FrameBlock.empty()
-        self._is_noted = False
-        frames, self._fault = frames_of_text(head + line.decode("utf-8", "replace"), self._suffix, self._note)
-        if not len(frames) and not self._fault:
-            self._passed_over(line)
+        if self._suffix == ".asc" and (base := base_of(line)) is not None:
+            self._base = base
+            return FrameBlock.empty()
+        head = (
+            f"base {'dec' if self._base == 10 else 'hex'}\ninternal events logged\n" if self._suffix == ".asc" else ""
+        )
+        text = head + line.decode("utf-8", "replace")
+        frames, refused = frames_of_text(text, self._suffix, self._channels, self._note)
+        if refused:
+            self._note(f"is not readable as {self._name} and was left out: {refused}", _DAMAGED)
+        if not len(frames):
+            self._passed_over(line, is_refused=bool(refused))
         return frames
 
     def _note(self, what: str, kind: str) -> None:
         self._is_noted = True
+        if kind == _DAMAGED and self._first_damage is None:
+            self._first_damage = Problem(what, Place(self.path, self._line), remedy=_CHECK)
         self._odd.add(Place(self.path, self._line), what, kind)
 
-    def _passed_over(self, line: bytes) -> None:
+    def _passed_over(self, line: bytes, *, is_refused: bool = False) -> None:
         """Note a line that gave no frame, unless it is one of those that hold none.
 
         Too many lines in a row that are empty or unknown end the reading.
@@ -198,16 +236,19 @@ class TextLog:
         if not self._is_noted and not is_known:
             self._note(left_out(line.decode("utf-8", "replace")), LEFT_OUT)
         try:
-            self._odd_lines.take(is_odd=is_empty or not is_known)
+            self._odd_lines.take(is_odd=is_refused or is_empty or not is_known)
         except ValueError as error:
             self._fault = str(error)
 
+    @property
+    def _name(self) -> str:
+        return "ASC" if self._suffix == ".asc" else "candump"
+
     def _stopped(self) -> None:
-        name = "ASC" if self._suffix == ".asc" else "candump"
         place = Place(self.path, self._line, frame=self._frames)
-        what = f"is not readable as {name} from here: {self._fault}"
+        what = f"is not readable as {self._name} from here: {self._fault}"
         if not self._frames:
-            raise InputError(Problem(what, place, remedy="check that the file is what its name says"))
+            raise InputError(Problem(what, place, remedy=_CHECK))
         self.notes.append(f"{place}: {what}; the {self._frames} frames before are kept")
 
 

@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.uint8]
     Int64 = NDArray[np.int64]
     Words = NDArray[np.uint32]
+    UInt64 = NDArray[np.uint64]
     Columns = tuple[Int64, Words, Bytes, Bytes, Bytes, Bytes]  # those of a FrameBlock, longer than the text has lines
 
-DONE, ODD, WIDE = range(3)  # why a scanner stopped: no text left, an odd line, a payload wider than the columns
+# Why a scanner stopped: no text left, an odd line, a payload wider than the columns, a channel without a number.
+DONE, ODD, WIDE, CHANNEL = range(4)
 # Its state, which goes on from call to call: rows written, lines read, lines passed over.
 ROWS, LINE, PASSED = range(3)
 
@@ -37,6 +39,33 @@ _RETURN, _TAB, SPACE, DOT, _DELETE = 13, 9, 32, 46, 127
 POWERS = 10 ** np.arange(10)
 # Places in unsigned integers: numba need not ask at each one whether it counts from the end.
 NOTHING, ONE, TWO, THREE, EIGHT, TEN, ELEVEN = (np.uint64(number) for number in (0, 1, 2, 3, 8, 10, 11))
+
+
+STANDARD = 0x7FF  # the largest identifier of 11 bits
+KEY = np.uint64(257)  # by which a name's key is multiplied at each letter
+
+
+@njit(cache=True, error_model="numpy")
+def key_of(name: Bytes) -> np.uint64:
+    """Return the key of a channel's name; other names have other keys.
+
+    That is certain for names of up to seven letters, and likely beyond them.
+    """
+    key = NOTHING
+    for letter in name:
+        key = key * KEY + np.uint64(letter)
+    return key
+
+
+@njit(cache=True, error_model="numpy")
+def numbered(keys: UInt64, key: np.uint64, wanted: np.int64) -> np.int64:
+    """Return the number of a channel with this key, -1 where it has none."""
+    if wanted < len(keys) and keys[wanted] == key:
+        return wanted
+    for index in range(len(keys)):
+        if keys[index] == key:
+            return np.int64(index)
+    return np.int64(-1)
 
 
 @njit(cache=True, error_model="numpy")
