@@ -360,7 +360,7 @@ def test_channels_0_and_1_of_an_asc_log_are_two(tmp_path):
     "date Mi. Sep 30 15:06:13.191 2017\nbase dec  timestamps absolute\n",
     "\ufeffdate Sat Sep 30 15:06:13.191 2017\nbase dec  timestamps absolute\n",
     "; from a converter\ndate Sat Sep 30 15:06:13.191 2017\nbase dec  timestamps absolute\n",
-    "date Sat Sep 30 15:06:13.191 2017\nBegin Triggerblock Sat Sep 30 15:06:13.191 2017\nbase dec timestamps absolute\n",
+    "date Sat Sep 30 15:06:13.191 2017\nBegin Triggerblock Sat Sep 30 15:06:13.191 2017\nbase dec\n",
 ])  # fmt: skip
 def test_decimal_numbers_are_read_as_such_wherever_the_header_says_so(tmp_path, head):
     path = tmp_path / "decimal.asc"

@@ -14,7 +14,7 @@ _LINE = re.compile(
     rb"|(no)?\s*internal\s+events\s+logged.*)?",
     re.IGNORECASE,
 )
-_EVENTS = re.compile(rb"\s*(\d|begin\s)", re.IGNORECASE)  # where they begin: with a time, or a block of them
+_EVENTS = re.compile(rb"\s*(\d|(begin|end)\s)", re.IGNORECASE)  # where they begin: with a time, or a block of them
 # A measurement that was begun later than its file: the block's date is that of stamp zero.
 _BEGIN = re.compile(
     rb"begin[ \t]+triggerblock[ \t]+\S+[ \t]+(\S[^\n]*)\n\s*0\.0+\s+start of measurement", re.IGNORECASE
@@ -41,13 +41,14 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 class AscHeader:
     """The base of numbers, and the size of the header.
 
-    The size is in bytes and lines; the time of stamp zero in ns is None without a date.
+    The base is None where no line tells it; the size is in bytes and lines; the time of stamp zero in ns is None
+    without a date.
 
     The time is that of the recording computer's zone: two logs of one computer can be compared. `is_running`: stamps
     count from the event before. `unknown`: lines, counted from 1, that tell nothing which is known.
     """
 
-    base: int
+    base: int | None
     size: int
     lines: int
     begin_ns: int | None
@@ -58,7 +59,8 @@ class AscHeader:
 def read_header(text: bytes) -> AscHeader:
     """Read the whole lines before the first event of a log."""
     start = lines = 0
-    base, date, is_running = 16, b"", False
+    base: int | None = None
+    date, is_running = b"", False
     unknown = []
     while start < len(text) and not _EVENTS.match(text, start):
         end = text.index(b"\n", start)

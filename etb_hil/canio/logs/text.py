@@ -58,7 +58,6 @@ class TextLog:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.begin_ns: int | None = 0
         self._suffix = (path.with_suffix("") if path.suffix.lower() == ".gz" else path).suffix.lower()
         self._begin_anew()
 
@@ -69,6 +68,8 @@ class TextLog:
         self._odd_lines = OddLines()
         self._odd, self._is_noted = Notes(), False  # what was left out, and whether that was said of the odd line
         self._first_damage: Problem | None = None  # the first line that python-can refused
+        self._is_header = self._suffix == ".asc"
+        self.begin_ns: int | None = None if self._is_header else 0
         self._channels = Channels(first=1 if self._suffix == ".asc" else 0)
         self._keys = np.zeros(MOST, np.uint64)
 
@@ -87,7 +88,7 @@ class TextLog:
         for text in self._chunks():
             if not self._line:
                 text = self._encoded(text)  # noqa: PLW2901 (a mark of its encoding is no part of it)
-            if not self._line and self._suffix == ".asc":
+            if self._is_header:
                 text = text[self._header(text) :]  # noqa: PLW2901 (the header is no part of the events)
             frames = concatenate_frames(self._parts(text))
             if self._is_open and not len(frames) and not self._fault and _EVENT.match(text):
@@ -139,13 +140,15 @@ class TextLog:
         self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
 
     def _header(self, text: bytes) -> int:
-        """Take in the header of an ASC log and return where its events start."""
+        """Take in whole lines of an ASC log's header and return where its events start."""
         header = read_header(text)
-        self._base, self._line, self.begin_ns = header.base, header.lines, header.begin_ns
+        self._base, self.begin_ns = header.base or self._base, header.begin_ns or self.begin_ns
         if header.is_running:
             self.notes.append(f"{self.path}: its stamps count from the event before and were taken as they stand")
         for line, what in header.unknown:
-            self._odd.add(Place(self.path, line), left_out(what.decode("utf-8", "replace")), LEFT_OUT)
+            self._odd.add(Place(self.path, self._line + line), left_out(what.decode("utf-8", "replace")), LEFT_OUT)
+        self._line += header.lines
+        self._is_header = header.size == len(text)
         return header.size
 
     def _parts(self, text: bytes) -> Iterator[FrameBlock]:
