@@ -60,7 +60,6 @@ def measurement(p, seed, angle=None, degrees=(20.0, 70.0)):
         plate=angle,
         temperature=warm,
         has_temperature=True,
-        supply=None,
         is_good=np.ones(count, bool),
         sensors=MODEL.sensors,
     )

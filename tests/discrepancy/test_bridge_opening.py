@@ -178,7 +178,6 @@ def test_a_sample_at_full_duty_that_was_driven_stays(rate, sees_motor, after):
             plate=None,
             temperature=np.full(count, 20.0),
             has_temperature=False,
-            supply=None,
             is_good=np.ones(count, np.bool_),
             sensors=sensors,
         )

@@ -27,7 +27,6 @@ def fast():
         plate=None,
         temperature=samples + 20.0,
         has_temperature=True,
-        supply=samples + 12.0,
         is_good=samples != 3.0,
         sensors=MODEL.sensors,
     )
@@ -39,7 +38,6 @@ def test_a_voltage_is_its_mean_and_what_is_read_stays_as_it_was_read(fast):
     np.testing.assert_array_equal(found.voltage, [0.5, 2.5, 4.5, 6.5, 8.5])
     np.testing.assert_array_equal(found.angle, [0.0, 20.0, 40.0, 60.0, 80.0])
     np.testing.assert_array_equal(found.current, [0.0, -2.0, -4.0, -6.0, -8.0])
-    np.testing.assert_array_equal(found.supply, [12.0, 14.0, 16.0, 18.0, 20.0])
     np.testing.assert_array_equal(found.temperature, [20.0, 22.0, 24.0, 26.0, 28.0])
     assert found.plate is None
 
@@ -79,7 +77,6 @@ def _commanded(count, each, first, rate):
         plate=None,
         temperature=np.full(count, 20.0),
         has_temperature=False,
-        supply=None,
         is_good=np.ones(count, np.bool_),
         sensors=MODEL.sensors,
     )

@@ -27,7 +27,7 @@ def truth(id_, **strengths):
 
 def outlooks(true, plan, group):
     """Return which of a group are expected to stay open, and which stay open in an explanation."""
-    record = recorded(PLANS[plan], MODEL, LIKE, true.parameters).measured
+    record = recorded(PLANS[plan], MODEL, LIKE, true.parameters)
     expected = expected_beside(true, [], record, MODEL, group)
     explained = left_beside(true, [record], MODEL, group)
     return [None if one is None else {id_ for id_ in group if id_ in one.ids} for one in (expected, explained)]
@@ -64,7 +64,7 @@ def test_a_number_of_the_model_is_expected_to_be_what_it_is():
 def test_an_effect_without_its_reading_stays_open():
     """One angle: whether it alone is late, no motion shows."""
     true = truth("angle_delay", delay=0.003)
-    record = replace(recorded(PLANS["paper_step"], MODEL, LIKE, true.parameters).measured, plate=None)
+    record = replace(recorded(PLANS["paper_step"], MODEL, LIKE, true.parameters), plate=None)
     expected = expected_beside(true, [], record, MODEL, ["motor_angle_delay", "plate_angle_delay"])
     assert "plate_angle_delay" in expected.ids
     assert np.isfinite(expected.shows)

@@ -16,6 +16,6 @@ def test_a_torque_that_is_missing_is_not_said_to_be_the_motor_constants():
     final = findings.final
     own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
     assert (own[0].balance, own[0].over, own[0].parity) == ("torque", "time", "odd")
-    assert own[0].share > 0.8
-    assert all(one.share < 0.02 for one in own if one.balance == "voltage")
+    assert own[0].explained_share > 0.8
+    assert all(one.explained_share < 0.02 for one in own if one.balance == "voltage")
     assert next_test(findings) is None

@@ -108,4 +108,4 @@ def test_segments_that_rest_for_unlike_long_are_searched_together(whole):
     balances = [Balances(measured, MODEL) for measured in segments]
     count = 3 * sum(b.samples for b in balances)
     found = in_their_own_balances(balances, np.ones((count, 0)), Fit(MODEL.vector(), np.zeros(count), 0.0), [])
-    assert {one.share for one in found} == {0.0}
+    assert {one.explained_share for one in found} == {0.0}

@@ -14,6 +14,7 @@ from etb_hil.discrepancy.answer.instability import unstable_range
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.sizes import sizes
 from etb_hil.discrepancy.candidates.nonparametric import beyond_tolerances, in_their_own_balances
+from etb_hil.discrepancy.fitting.balances import CHANNELS
 from etb_hil.discrepancy.fitting.free_run import CURRENT_ROLE, POSITION, SEGMENT_S
 from etb_hil.discrepancy.fitting.intervals import Estimate
 from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
@@ -32,11 +33,10 @@ from etb_hil.plant.value_units import value_unit
 from etb_hil.results.explained.causes import Candidate, Cause, ParameterEstimate
 from etb_hil.results.explained.errors import Errors, ModelErrors, WorstSegment
 from etb_hil.results.explained.models import LAST_FIT, CalibratedParameter, ModelFile, ModelledFriction, Nuisance
-from etb_hil.results.explained.residual import BalanceResidual, Excess, NonparametricTerm, Unexplained
+from etb_hil.results.explained.residual import BalanceResidual, Excess, Unexplained
 from etb_hil.results.explanation import ExplanationResult
 
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
-_BALANCES = ("torque", "voltage", "angle")
 
 
 def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResult:
@@ -243,18 +243,15 @@ def _probability(step: SelectionStep, id_: str, *, is_cause: bool) -> float | No
 def _unexplained(findings: Findings) -> Unexplained:
     over = excess(findings.final_groups, findings.samples)
     where = [
-        Excess(_BALANCES[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
+        Excess(CHANNELS[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
         for k in np.argsort(-over)
         if over[k] > 0.0
     ]
     final = findings.final
     own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
     wrong = beyond_tolerances(final.jacobian, final.fit, final.unknowns)
-    splines = [
-        NonparametricTerm(p.balance, p.over, p.parity, p.share)
-        for p in sorted([*own, wrong], key=lambda one: -one.share)[:3]
-    ]
-    return Unexplained(tuple(where), tuple(splines))
+    terms = sorted([*own, wrong], key=lambda one: -one.explained_share)
+    return Unexplained(tuple(where), tuple(terms[:3]))
 
 
 def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, CalibratedParameter]:
@@ -320,7 +317,7 @@ def _balances(findings: Findings) -> Mapping[str, Mapping[str, BalanceResidual]]
     for k in range(9):
         if findings.samples[k] < LEAST_SAMPLES:
             continue
-        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = BalanceResidual(
+        found.setdefault(CHANNELS[k // 3], {})[REGIMES[k % 3]] = BalanceResidual(
             calibrated_over_noise_floor=float(np.sqrt(first[k])),
             extended_over_noise_floor=float(np.sqrt(findings.final_groups[k])),
             samples=int(findings.samples[k]),

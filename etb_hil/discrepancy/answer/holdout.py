@@ -16,7 +16,7 @@ from etb_hil.discrepancy.fitting.fit import Fit, fit_of
 from etb_hil.discrepancy.fitting.free_run_fit import FreeRunFit, fit_free_run, part_of
 from etb_hil.discrepancy.fitting.gain import gain_of
 from etb_hil.discrepancy.fitting.noise_floor import motions_of, simulated
-from etb_hil.discrepancy.fitting.unknowns import Unknown, start
+from etb_hil.discrepancy.fitting.unknowns import Unknown, moved, start
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
 from etb_hil.plant.effects.layout import EXTENDED
@@ -70,8 +70,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     errors.add("calibrated", b, _by_fold(findings, number, _folds_of(findings, findings.calibration)))
     if findings.accepted:
         errors.add("extended", b, _by_fold(findings, number, _folds_of(findings, final)))
-    middle, drawn_noise_floors = _noise_floor(findings, number)
-    errors.take(middle)
+    drawn_noise_floors = _noise_floor(findings, number, errors)
     free = errors.table["free_run"][free_run.POSITION]
     in_free_run: FreeRunFit | None = None
     try:
@@ -113,16 +112,9 @@ class _Errors:
             if kind == "free_run":
                 self.segments[name] = found
 
-    def take(self, others: _Errors) -> None:
-        """Add other models' errors."""
-        for kind, signals in others.table.items():
-            for signal, values in signals.items():
-                self.table[kind].setdefault(signal, {}).update(values)
-        self.segments.update(others.segments)
 
-
-def _noise_floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
-    """Return the errors of the final model on its own simulations: median, and all.
+def _noise_floor(findings: Findings, number: int, errors: _Errors) -> Float64:
+    """Return the errors of the final model on its own simulations; add the median's.
 
     Noise is in the voltage of a free run and in the fitted parameters: they are fitted again, without each fold. That
     takes one step from the truth by the slopes of the first simulation, since noise moves them little.
@@ -144,10 +136,9 @@ def _noise_floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
 
     seeds = [None, *_SIMULATED]
     by_segment = np.array([*side_by_side(left, seeds)])
-    middle = _Errors()
     # Made once more: eleven of them at a time would take more memory than all that came before.
-    middle.add("noise_floor", *true_model(seeds[int(np.argsort(np.sum(by_segment**2, axis=1))[len(seeds) // 2])]))
-    return middle, by_segment
+    errors.add("noise_floor", *true_model(seeds[int(np.argsort(np.sum(by_segment**2, axis=1))[len(seeds) // 2])]))
+    return by_segment
 
 
 def _slopes(findings: Findings, calibration: Calibration) -> Slopes:
@@ -161,13 +152,7 @@ def _folds_of(findings: Findings, calibration: Calibration) -> list[Vector]:
 
 def _folds(slopes: Slopes, fit: Fit, unknowns: Sequence[Unknown]) -> list[Vector]:
     """Return the parameters fitted without each fold."""
-    vectors = []
-    for values in slopes.held_out(fit).x:
-        whole = fit.whole.copy()
-        for unknown, value in zip(unknowns, values, strict=True):
-            unknown.put(whole, float(value))
-        vectors.append(whole)
-    return vectors
+    return [moved(fit.whole, unknowns, values) for values in slopes.held_out(fit).x]
 
 
 def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable[[float], Vector]:

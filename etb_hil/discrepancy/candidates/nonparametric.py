@@ -6,32 +6,21 @@ They show that something remains, and where.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import CHANNELS, Balances
 from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.fit import Fit
-from etb_hil.discrepancy.fitting.unknowns import Unknown
-from etb_hil.discrepancy.measured.spectrum import Spectrum
+from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
+from etb_hil.results.explained.residual import NonparametricTerm
 
 _KNOTS = 9
 _RIDGE = 1e-6
 _ON_EDGE = 1e-3  # tolerances
-
-
-@dataclass(frozen=True, slots=True)
-class NonparametricTerm:
-    """A spline: its balance, coordinate and parity, and the share it explains."""
-
-    balance: str
-    over: str
-    parity: str
-    share: float
 
 
 def beyond_tolerances(jacobian: Float64, fit: Fit, unknowns: Sequence[Unknown]) -> NonparametricTerm:
@@ -71,14 +60,15 @@ def in_their_own_balances(
             free = np.full(_KNOTS, np.inf)
             normal = both.T @ both + np.diag(ridge)
             took = _gain(normal, -both.T @ left, np.concatenate([low, -free]), np.concatenate([high, free])) - base
-            found.append(NonparametricTerm(*key, share=took / max(fit.cost, 1e-12)))
-    return sorted(found, key=lambda spline: -spline.share)
+            found.append(NonparametricTerm(*key, took / max(fit.cost, 1e-12)))
+    return sorted(found, key=lambda spline: -spline.explained_share)
 
 
 def _within_box(fit: Fit, unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
     """Return how far unknowns may still go down and up from their fit."""
     x = np.array([u.x_of(fit.whole) for u in unknowns])
-    return np.minimum([u.low for u in unknowns], x) - x, np.maximum([u.high for u in unknowns], x) - x
+    low, high = box_of(unknowns)
+    return np.minimum(low, x) - x, np.maximum(high, x) - x
 
 
 def _gain(normal: Float64, right: Float64, low: Float64, high: Float64) -> float:
@@ -91,11 +81,10 @@ def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
     angle, velocity = b.motion(p)
     m = b.measured
     seconds = np.arange(len(m), dtype=np.float64) * m.dt
-    fit_finer_shapes: Float64 = np.arcsinh(velocity / 0.3)
     direction = np.tanh(velocity / 0.05)
     hats = {
         "angle": _hats(angle),
-        "velocity": _hats(fit_finer_shapes),
+        "velocity": _hats(np.arcsinh(velocity / 0.3)),
         # Their sum is one: what a constant does is the base model's, to the last digit of how it was filtered.
         "time": _hats(seconds) - 1.0 / _KNOTS,
     }
@@ -125,7 +114,7 @@ def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
 
 def filtered(b: Balances, splines: Float64, channel: int) -> Float64:
     """Return splines (n, knots) of a balance as in the residual (3 m, knots)."""
-    spectrum: Spectrum = b.spectrum
+    spectrum = b.spectrum
     out = np.zeros((3 * b.samples, splines.shape[1]))
     part = slice(channel * b.samples, (channel + 1) * b.samples)
     for k in range(splines.shape[1]):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.fit import Fit
-from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
 from etb_hil.recording.samples import Float64
 
 FOLDS = 10
@@ -62,8 +62,7 @@ class Slopes:
 
     def held_out(self, fit: Fit) -> HeldOut:
         """Return the cost of each fold under parameters fitted on the others."""
-        low = np.array([u.low for u in self._unknowns])
-        high = np.array([u.high for u in self._unknowns])
+        low, high = box_of(self._unknowns)
         x = np.clip([u.x_of(fit.whole) for u in self._unknowns], low, high)
         rights = [-sum(self._jacobian[run].T @ fit.residual[run] for run in fold) for fold in self._folds]
         # Effects' parameters have no tolerance.

@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
-from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of, moved
 from etb_hil.plant.physics import COULOMB, STICTION, Vector
 from etb_hil.recording.samples import Float64
 
@@ -38,9 +38,7 @@ def jacobian(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float6
         unknown = unknowns[k]
         x = unknown.x_of(at.whole)
         step = unknown.step if x + unknown.step <= unknown.high else -unknown.step
-        moved = at.whole.copy()
-        unknown.put(moved, x + step)
-        found[:, k] = (residual(moved) - at.residual) / step
+        found[:, k] = (residual(moved(at.whole, [unknown], [x + step])) - at.residual) / step
 
     for _ in side_by_side(fill, range(len(unknowns))):
         pass
@@ -133,15 +131,11 @@ def _step(
     residual: Residual, at: Fit, unknowns: Sequence[Unknown], normal: Float64, right: Float64, damping: float
 ) -> tuple[Fit, float, bool]:
     """Return the fit after one step, its damping, and whether it gained as predicted."""
-    low = np.array([u.low for u in unknowns])
-    high = np.array([u.high for u in unknowns])
+    low, high = box_of(unknowns)
     x = np.clip([u.x_of(at.whole) for u in unknowns], low, high)
     for _ in range(_TRIES):
         step = box_least_squares(normal + np.diag(damping * np.diag(normal) + _RIDGE), right, low - x, high - x)
-        moved = at.whole.copy()
-        for unknown, value in zip(unknowns, x + step, strict=True):
-            unknown.put(moved, value)
-        tried = fit_of(residual, moved)
+        tried = fit_of(residual, moved(at.whole, unknowns, x + step))
         if tried.cost < at.cost:
             predicted = 2.0 * float(right @ step) - float(step @ normal @ step)
             is_as_predicted = abs(at.cost - tried.cost - predicted) < _TRUST * predicted

@@ -18,7 +18,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.cross_validation import FOLDS, fold_of, held_out
 from etb_hil.discrepancy.fitting.fit import Fit, fit_of, gauss_newton
-from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.fitting.unknowns import Unknown, moved
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
@@ -70,14 +70,7 @@ def fit_free_run(
     slopes = np.vstack([found[:samples], jacobian])
     at = Fit(fit.whole, left, float(left @ left))
     x = held_out(at, slopes, unknowns, np.concatenate([part, fold_of(balances)])).x
-    return FreeRunFit(fit.whole, [_put(fit.whole, unknowns, values) for values in x])
-
-
-def _put(whole: Vector, unknowns: Sequence[Unknown], values: Float64) -> Vector:
-    found = whole.copy()
-    for unknown, value in zip(unknowns, values, strict=True):
-        unknown.put(found, float(value))
-    return found
+    return FreeRunFit(fit.whole, [moved(fit.whole, unknowns, values) for values in x])
 
 
 def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
@@ -133,11 +126,11 @@ class _Said:
 
     def errors(self, whole: Vector) -> Float64:
         """Return the condensed residual of the balances (unknowns)."""
-        return np.asarray(self._root @ self._moved(whole) + self._off)
+        return np.asarray(self._root @ self._away(whole) + self._off)
 
     def samples(self, whole: Vector) -> Float64:
         """Return the balances' residual (n), linearised."""
-        return np.asarray(self._residual + self._columns @ self._moved(whole))
+        return np.asarray(self._residual + self._columns @ self._away(whole))
 
-    def _moved(self, whole: Vector) -> Float64:
+    def _away(self, whole: Vector) -> Float64:
         return np.array([u.x_of(whole) for u in self._unknowns]) - self._x

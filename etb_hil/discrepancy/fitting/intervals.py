@@ -20,7 +20,7 @@ from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import fold_of
 from etb_hil.discrepancy.fitting.fit import Residual
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
-from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown
+from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown, box_of, moved
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
 from etb_hil.recording.samples import Float64
 
@@ -71,18 +71,18 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floo
     count = max(b.measured.angle_noise for b in balances) * np.sqrt(12.0)
     unknowns, whole = calibration.unknowns, calibration.fit.whole
     said = _Said.of(residual_of(balances), whole, unknowns, fold_of(balances, _BLOCKS))
-    at_low = said.x <= np.array([u.low for u in unknowns]) + 1e-6
-    at_high = said.x >= np.array([u.high for u in unknowns]) - 1e-6
-    bound = at_low | at_high
+    low_ends, high_ends = box_of(unknowns)
+    at_high = said.x >= high_ends - 1e-6
+    bound = (said.x <= low_ends + 1e-6) | at_high
     drawn, reach = np.zeros((2, len(unknowns)))
     drawn[~bound], reach[~bound] = said.drawn(~bound), said.reach(~bound)
     below, above = np.zeros((2, len(unknowns)))
     if bound.any():
-        width = np.array([u.high - u.low for u in unknowns])
-        inward = np.where(bound, np.minimum(said.inward(np.where(at_high, 1.0, -1.0)), width), 0.0)
+        inward = np.minimum(said.inward(np.where(at_high, 1.0, -1.0)), high_ends - low_ends)
+        inward = np.where(bound, inward, 0.0)
         inward = np.where(at_high, -inward, inward)
-        moved = said.following(bound) * inward[bound]
-        below[~bound], above[~bound] = np.minimum(moved, 0.0).sum(1), np.maximum(moved, 0.0).sum(1)
+        along = said.following(bound) * inward[bound]
+        below[~bound], above[~bound] = np.minimum(along, 0.0).sum(1), np.maximum(along, 0.0).sum(1)
         below[bound], above[bound] = np.minimum(inward, 0.0)[bound], np.maximum(inward, 0.0)[bound]
     found = []
     for k, unknown in enumerate(unknowns):
@@ -179,9 +179,7 @@ def _slopes(residual: Residual, whole: Vector, unknowns: Sequence[Unknown]) -> F
     """Return the residual's Jacobian (n, unknowns), second order, inside the box."""
 
     def at(unknown: Unknown, x: float) -> Float64:
-        moved = whole.copy()
-        unknown.put(moved, x)
-        return residual(moved)
+        return residual(moved(whole, [unknown], [x]))
 
     left = residual(whole)
     found = np.empty((len(left), len(unknowns)))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import NUISANCES
-from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.effect import Effect, EffectParameter
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import BACK_EMF, COULOMB, PARAMETERS, STICTION, TORQUE_PER_AMPERE, Vector
 from etb_hil.plant.values import ThrottleParameters
+from etb_hil.recording.samples import Float64
 
 FIELDS = tuple(field.name for field in fields(ThrottleParameters))
 SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would count
@@ -70,6 +71,19 @@ class Unknown:
         return replace(self, low=max(lowest, -6.0 * WIDEST), high=5.0 * WIDEST)
 
 
+def moved(whole: Vector, unknowns: Sequence[Unknown], values: Iterable[float]) -> Vector:
+    """Return a whole vector with unknowns at some `values` of their x."""
+    found = whole.copy()
+    for unknown, value in zip(unknowns, values, strict=True):
+        unknown.put(found, float(value))
+    return found
+
+
+def box_of(unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
+    """Return the lower and the upper bounds (n) of unknowns."""
+    return np.array([u.low for u in unknowns]), np.array([u.high for u in unknowns])
+
+
 def start(model: Model) -> Vector:
     """Return the whole vector as the model states it, without nuisances."""
     return np.concatenate([model.vector(), np.zeros(len(NUISANCES))])
@@ -121,8 +135,7 @@ def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) 
             scale = first * size
         else:
             scale = parameter.scale or max(0.25 * abs(value), 0.02 * (parameter.high - parameter.low))
-        name = f"{effect.id}.{parameter.name}"
-        found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
+        found.append(_of_effect(effect, parameter, place, scale, size))
     return found
 
 
@@ -151,7 +164,11 @@ def finer_unknowns(effect: Effect, load: float = 1.0) -> list[Unknown]:
     found = []
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
         size = load if parameter.unit == "N·m" else 1.0
-        scale = size * parameter.scale
-        name = f"{effect.id}.{parameter.name}"
-        found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
+        found.append(_of_effect(effect, parameter, place, size * parameter.scale, size))
     return found
+
+
+def _of_effect(effect: Effect, parameter: EffectParameter, place: int, scale: float, size: float) -> Unknown:
+    """Return an effect's parameter as an unknown about 0; `size` scales its bounds."""
+    name = f"{effect.id}.{parameter.name}"
+    return Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1)

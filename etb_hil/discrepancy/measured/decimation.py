@@ -42,7 +42,6 @@ def decimated(measured: Measurement) -> Measurement:
         current=voltage if measured.is_drive else kept(measured.current),
         plate=kept(measured.plate),
         temperature=measured.temperature[first:whole:every],
-        supply=kept(measured.supply),
         is_good=np.all(measured.is_good[first:whole].reshape(-1, every), axis=1),
         encoder=kept(measured.encoder),
         added=kept(measured.added),

@@ -34,7 +34,6 @@ class Measurement:
     plate: Float64 | None
     temperature: Float64
     has_temperature: bool
-    supply: Float64 | None
     is_good: NDArray[np.bool_]
     sensors: Sensors
     flags: tuple[str, ...] = field(default=())

@@ -97,5 +97,5 @@ def _left(
         return list(group if here is None else here.ids)
     like = findings.balances[0]
     asked = [id_ for id_ in (group if here is None else here.ids) if id_ not in truth.ids]
-    there = left_beside(truth, [recorded(plan, model, like, truth.parameters[:EXTENDED]).measured], model, asked)
+    there = left_beside(truth, [recorded(plan, model, like, truth.parameters[:EXTENDED])], model, asked)
     return asked if there is None else [id_ for id_ in asked if id_ in there.ids]

@@ -14,7 +14,6 @@ import numpy as np
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.plan.bench_measurements import BenchPlan, plan_bench_measurements
 from etb_hil.discrepancy.plan.planned import Plan, recorded
 from etb_hil.discrepancy.plan.prospects import Left, Truth, expected_beside, left_beside, members
@@ -154,10 +153,6 @@ def _outlook(plan: Plan, left: Left | None, group: Sequence[str]) -> Outlook:
     return Outlook(plan, tuple(id_ for id_ in group if id_ not in open_), open_, left.shows, left.distances)
 
 
-def _simulated(plan: Plan, model: Model, like: Balances, truth: Truth) -> Measurement:
-    return recorded(plan, model, like, truth.parameters[:EXTENDED]).measured
-
-
 def _isolating_most(
     plans: Sequence[Plan], model: Model, like: Balances, truths: Sequence[Truth], group: Sequence[str]
 ) -> Outlook | None:
@@ -169,7 +164,7 @@ def _isolating_most(
     truth, *others = truths
 
     def expected(plan: Plan) -> Outlook:
-        record = _simulated(plan, model, like, truth)
+        record = recorded(plan, model, like, truth.parameters[:EXTENDED])
         return _outlook(plan, expected_beside(truth, others, record, model, group), group)
 
     best: Outlook | None = None
@@ -178,7 +173,7 @@ def _isolating_most(
             break
         if outlook.shows > 0.0 and all(one < _EXCLUDES for one in outlook.distances.values()):
             continue  # it cannot show the others, or they are the same to it
-        record = _simulated(outlook.plan, model, like, truth)
+        record = recorded(outlook.plan, model, like, truth.parameters[:EXTENDED])
         found = _outlook(outlook.plan, left_beside(truth, [record], model, group), group)
         best = found if best is None else max(best, found, key=lambda one: one.worth)
     return best if best is not None and best.parted else None
@@ -193,7 +188,7 @@ def _best(findings: Findings, found: SelectionStep, plans: Sequence[Plan]) -> Ou
         return None
     for other in others[:1]:
         rest = [*truth.ids, *(id_ for id_ in group if id_ not in other.ids)]
-        record = _simulated(best.plan, model, like, other)
+        record = recorded(best.plan, model, like, other.parameters[:EXTENDED])
         outcome = _outlook(best.plan, left_beside(other, [record], model, rest), rest)
         # Of two that remain, the one that is not the true cause is the competing hypothesis.
         mixed = other.ids if set(outcome.left) & set(truth.ids) else ()

@@ -12,6 +12,9 @@ from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.rerun import rerun
 from etb_hil.discrepancy.fitting.unknowns import simulable
+from etb_hil.discrepancy.measured.bridge_opening import without_diodes
+from etb_hil.discrepancy.measured.decimation import decimated
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.parameters import Model
@@ -33,6 +36,7 @@ _OFF, _VOLTAGE = int(Mode.OFF), int(Mode.VOLTAGE)
 PERIOD = 1e-3  # s between two set-points
 _BANDWIDTH = 120.0  # rad/s of the PD law
 _TURNS = 0.05  # rad/s over which the friction that is fed forward turns its sign
+_SEED = 7  # of the sensors' noise
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +53,11 @@ class Plan:
     voltage: Float64
 
 
-def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7) -> Balances:
-    """Return the balances of a plan's record if extended parameters `p` were true.
+def recorded(plan: Plan, model: Model, like: Balances, p: Vector) -> Measurement:
+    """Return a plan's record as balances take it, if parameters `p` were true.
 
-    The record has the sensors and the rate of `like`; a PD law with static feed-forward of the model follows the plan.
+    `p`: extended parameters. The record has the sensors and the rate of `like`; a PD law with static feed-forward of
+    the model follows the plan.
     """
     m = like.measured
     samples = np.empty((round(len(plan.mode) * PERIOD * m.rate), 4))
@@ -74,10 +79,9 @@ def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7)
         encoder=None,
         temperature=np.full(len(samples), temperature),
         has_temperature=False,  # a scenario does not change it
-        supply=None,
         is_good=np.ones(len(samples), np.bool_),
     )
-    return Balances(rerun(Balances(ideal, model), p, seed), model)
+    return decimated(without_diodes(rerun(Balances(ideal, model), p, _SEED), model))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
