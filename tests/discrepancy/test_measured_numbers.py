@@ -12,8 +12,7 @@ from etb_hil.discrepancy.answer.explanation import explanation, shares
 from etb_hil.discrepancy.candidates.candidate import candidates_for
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns
-from etb_hil.discrepancy.plan.bench_measurements import plan_bench_measurements
-from etb_hil.discrepancy.plan.instruments import instruments
+from etb_hil.discrepancy.plan.bench_measurements import instruments, plan_bench_measurements
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan
 from etb_hil.discrepancy.search.stepwise import search

@@ -14,8 +14,8 @@ from synthetic import MODEL, RATE, measurement
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.fitting.fit import box_least_squares
 from etb_hil.discrepancy.fitting.intervals import estimates
 from etb_hil.discrepancy.fitting.noise_floor import noise_floor_of
 from etb_hil.discrepancy.measured.confounding import confounded

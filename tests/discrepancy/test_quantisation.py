@@ -7,7 +7,7 @@ import pytest
 from synthetic import MODEL, measurement, swept
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.quantisation import quantisation_spread
+from etb_hil.discrepancy.fitting.noise_floor import quantisation_spread
 
 ANGLE_SLOW, ANGLE_SLIDING = 7, 8
 

@@ -10,8 +10,7 @@ from explain_cases import hidden_case, recording_of
 from etb_hil.discrepancy.answer.pictures import coarse_pictures
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.measured.angles import Angles
-from etb_hil.discrepancy.slow.drive_samples import DriveSamples, drive_samples
-from etb_hil.discrepancy.slow.staircase import is_held
+from etb_hil.discrepancy.slow.drive_samples import DriveSamples, drive_samples, is_held
 from etb_hil.discrepancy.slow.sweeps import sweeps_of
 from etb_hil.plant.parameter import Tolerance
 

@@ -13,8 +13,8 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import Slopes, fold_of
 from etb_hil.discrepancy.fitting.fit import Fit, fit_of
+from etb_hil.discrepancy.fitting.free_run import gain_of
 from etb_hil.discrepancy.fitting.free_run_fit import FreeRunFit, fit_free_run, part_of
-from etb_hil.discrepancy.fitting.gain import gain_of
 from etb_hil.discrepancy.fitting.noise_floor import motions_of, simulated
 from etb_hil.discrepancy.fitting.unknowns import Unknown, moved, start
 from etb_hil.discrepancy.search.findings import Findings

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.fit import Fit
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.catalogue import CATALOGUE, acting_at
 from etb_hil.plant.effects.effect import Effect, Need
@@ -37,6 +38,20 @@ class Candidate:
     def freed(self) -> frozenset[str]:
         """The names of the parameters that leave their tolerances."""
         return frozenset({self.frees, self.also_frees} - {""})
+
+
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """A fitted candidate: its `unknowns`, base first, then its own."""
+
+    candidate: Candidate
+    fit: Fit
+    unknowns: list[Unknown]
+
+    @property
+    def id(self) -> str:
+        """The candidate's id."""
+        return self.candidate.id
 
 
 def candidates_for(

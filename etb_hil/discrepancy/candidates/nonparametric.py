@@ -10,8 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import CHANNELS, Balances
-from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
-from etb_hil.discrepancy.fitting.fit import Fit
+from etb_hil.discrepancy.fitting.fit import Fit, box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector

@@ -15,10 +15,9 @@ from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.cache import Cache
 from etb_hil.discrepancy.fitting.inverse_model import InverseModel, Motion
 from etb_hil.discrepancy.measured.bridge_opening import without_diodes
-from etb_hil.discrepancy.measured.data_sheet import voltage_rms
 from etb_hil.discrepancy.measured.decimation import decimated
 from etb_hil.discrepancy.measured.driving_voltage import with_its_mean, without_noise
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, voltage_rms
 from etb_hil.discrepancy.measured.regimes import Regimes
 from etb_hil.discrepancy.measured.sampling import held, jitter, missed_by_samples, open_bridge, trembling, until_next
 from etb_hil.discrepancy.measured.spectrum import Spectrum

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
-from etb_hil.discrepancy.fitting.fit import Fit
+from etb_hil.discrepancy.fitting.fit import Fit, box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
 from etb_hil.recording.samples import Float64
 

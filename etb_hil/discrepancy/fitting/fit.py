@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.side_by_side import side_by_side
-from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of, moved
 from etb_hil.plant.physics import COULOMB, STICTION, Vector
 from etb_hil.recording.samples import Float64
@@ -18,6 +17,7 @@ Residual = Callable[[Vector], Float64]
 _RIDGE = 1e-3  # ridge on the scaled unknowns, for directions that no sample determines; in squared residuals
 TOLERANCE = 2e-3  # relative decrease of the cost: the fit ends at an iteration that gains less
 _TRIES = 6
+_MOST = 200  # iterations of the least squares in a box
 _TRUST = 0.2  # relative error of a step's predicted gain up to which its Jacobian is used again
 
 
@@ -142,3 +142,37 @@ def _step(
             return tried, max(damping * 0.1, 1e-6), is_as_predicted
         damping = max(damping * 10.0, 1e-3)
     return at, damping, False
+
+
+def box_least_squares(normal: Float64, right: Float64, low: Float64, high: Float64) -> Float64:
+    """Return x (n) that minimises x' A x / 2 - b' x with low <= x <= high.
+
+    By a projected Newton method with an active set.
+    `normal` A (n, n) is positive definite, `right` b (n). The box need not contain 0.
+    """
+    x = np.clip(np.zeros(len(right)), low, high)
+    free = np.ones(len(right), bool)
+    for _ in range(_MOST):
+        target = x.copy()
+        if free.any():
+            rest = right[free] - normal[np.ix_(free, ~free)] @ x[~free]
+            target[free] = np.linalg.solve(normal[np.ix_(free, free)], rest)
+        step = target - x
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(step > 0.0, (high - x) / step, np.where(step < 0.0, (low - x) / step, np.inf))
+        ratio[~free] = np.inf
+        reach = float(ratio.min(initial=np.inf))
+        if reach < 1.0:
+            hit = int(np.argmin(ratio))
+            x = x + max(reach, 0.0) * step
+            x[hit] = high[hit] if step[hit] > 0.0 else low[hit]
+            free[hit] = False
+            continue
+        x = target
+        slope = normal @ x - right  # a bound holds only what pushes against it
+        scale = 1e-9 * (np.abs(right) + np.abs(normal) @ np.abs(x)) + 1e-300
+        wrong = ~free & (high > low) & np.where(x >= high, slope > scale, slope < -scale)
+        if not wrong.any():
+            break
+        free[int(np.argmax(np.where(wrong, np.abs(slope) / scale, 0.0)))] = True
+    return x

@@ -17,10 +17,12 @@ from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
+from etb_hil.results.explained.errors import Gain
 
 POSITION, CURRENT_ROLE = "throttle_angle", "motor_current"
 SEGMENT_S = 2.0
 STEP_S = 0.01  # of the one-step error
+_DRAWS = 2000  # of the bootstrap of a gain
 _LEAD_S = 2.5e-4  # of a step along the measured motion, about: shorter ones do not change the error of a free run
 
 
@@ -52,7 +54,7 @@ def errors(
 
     def run(number: int) -> tuple[Float64, Float64]:
         begin = begins[number]
-        return _segment(b, parameters(begin / len(m)), begin, begin_at[number], samples, every)
+        return segment(b, parameters(begin / len(m)), begin, begin_at[number], samples, every)
 
     for begin, (angle, current) in zip(begins, side_by_side(run, range(len(begins))), strict=True):
         part = slice(begin, begin + samples)
@@ -62,10 +64,12 @@ def errors(
     return {name: np.array(values) for name, values in found.items()}
 
 
-def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int, every: int) -> tuple[Float64, Float64]:
-    """Return angle and current (samples) as the sensors read them.
+def segment(
+    b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int, every: int = 0
+) -> tuple[Float64, Float64]:
+    """Return angle and current (samples) as sensors read them, from a state on.
 
-    `every`: samples between two resets, 0 for none.
+    `every`: samples between two resets to the measured motion, 0 for none.
     """
     m = b.measured
     p = simulable(p)
@@ -82,15 +86,10 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int,
     return readings.measured_angle(angle * b.gear, p) / b.gear, sensed
 
 
-def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int) -> Float64:
-    """Return the encoder's angle (samples), run freely from a sample and a state on."""
-    return _segment(b, p, begin, begin_at, samples, 0)[0]
-
-
 def trace(b: Balances, p: Vector, begin: int, samples: int | None = None) -> Float64:
     """Return the encoder's angle (samples, else a segment's), run freely."""
     begin_at = _led(b, p, np.array([begin]))[0]
-    return _segment(b, p, begin, begin_at, samples or round(SEGMENT_S * b.measured.rate), 0)[0]
+    return segment(b, p, begin, begin_at, samples or round(SEGMENT_S * b.measured.rate))[0]
 
 
 def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
@@ -171,3 +170,16 @@ def _run(
         out[k, 1] = state[CURRENT]
         # With the bridge off the voltmeter sees the motor: driven by it, no current flows, which is what happens.
         advance_extended(state, p, voltage[k], ticks, temperature[k], dt / ticks)
+
+
+def gain_of(before: Float64, after: Float64) -> Gain:
+    """Return by what share rms errors (parts) of one model are less than another's.
+
+    The interval is a bootstrap over the parts.
+    """
+    rng = np.random.default_rng(0)
+    picks = rng.integers(len(before), size=(_DRAWS, len(before)))
+    drawn = 1.0 - np.sqrt((after[picks] ** 2).sum(1) / np.maximum((before[picks] ** 2).sum(1), 1e-30))
+    value = 1.0 - float(np.sqrt(np.sum(after**2) / max(float(np.sum(before**2)), 1e-30)))
+    low, high = np.percentile(drawn, [2.5, 97.5])
+    return Gain(value, (float(low), float(high)))

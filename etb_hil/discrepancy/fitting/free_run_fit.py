@@ -108,7 +108,7 @@ class _Runs:
             begin = int(self._parts[number]) * self._length
             part = slice(begin, begin + self._length, self._every)
             at = self._starts[self._parts[number]]
-            angle = free_run.segment(self._b, whole[:EXTENDED], begin, at, self._length)
+            angle, _ = free_run.segment(self._b, whole[:EXTENDED], begin, at, self._length)
             return (angle[:: self._every] - self._b.measured.angle[part]) * self._weights[number]
 
         return np.concatenate([*side_by_side(run, range(len(self._parts)))])

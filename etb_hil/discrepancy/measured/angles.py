@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import plate_rms
+from etb_hil.discrepancy.measured.measurement import plate_rms
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, current_rms, voltage_rms
 from etb_hil.discrepancy.measured.sampling import commanded, open_bridge
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.values import ThrottleParameters

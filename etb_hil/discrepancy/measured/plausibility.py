@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.discrepancy.measured.data_sheet import voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, voltage_rms
 from etb_hil.discrepancy.measured.unit_mismatch import DEGREES, must_be_labelled_in_its_angle, off_by, suspected
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model

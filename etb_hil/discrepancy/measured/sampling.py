@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.measured.data_sheet import voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, voltage_rms
 from etb_hil.recording.samples import Float64
 
 Complex128 = NDArray[np.complex128]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from etb_hil.discrepancy.candidates.candidate import Candidate, parameter_id
-from etb_hil.discrepancy.candidates.refinement import Refined
+from etb_hil.discrepancy.candidates.candidate import Candidate, Refined, parameter_id
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
 from etb_hil.discrepancy.fitting.noise_floor import group_means

@@ -10,16 +10,17 @@ from dataclasses import replace
 
 from etb_hil.discrepancy.candidates.candidate import (
     Candidate,
+    Refined,
     beyond_judging,
     file_name,
     own_name,
     parameter_id,
     unjudged,
 )
-from etb_hil.discrepancy.candidates.refinement import Refined, unknowns_of
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.search.current_model import continue_from
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
@@ -139,7 +140,7 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
     near = _near(before.fit.whole, best.fit.parameters)
     fits = []
     for begin in (near, _moved(before.fit.whole, near, best)):
-        unknowns = unknowns_of(before.unknowns, candidate, begin, load)
+        unknowns = _unknowns_of(before.unknowns, candidate, begin, load)
         fits.append((*gauss_newton(residual, fit_of(residual, begin), unknowns, _ITERATIONS), unknowns))
     fit, jacobian, unknowns = min(fits, key=lambda one: one[0].cost)
     segment = fold_of(findings.balances)
@@ -176,3 +177,12 @@ def _candidate(best: Hypothesis) -> Candidate:
 
 def _name_of(id_: str) -> str:
     return id_.removeprefix(PARAMETER) if id_.startswith(PARAMETER) else ""
+
+
+def _unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
+    """Return the unknowns of a candidate's fit: base, freed ones, the effect's."""
+    moved = [u.free() if u.name in candidate.freed else u for u in base]
+    if candidate.effect is None:
+        return moved
+    shapes = [float(start[place]) for place in candidate.effect.indices]
+    return moved + effect_unknowns(candidate.effect, shapes, load)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.candidates.refinement import Refined
+from etb_hil.discrepancy.candidates.candidate import Refined
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor

@@ -14,9 +14,8 @@ from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.search.bench_numbers import accept_measured
 from etb_hil.discrepancy.search.causes import accept_likely
-from etb_hil.discrepancy.search.current_model import current_model_near
+from etb_hil.discrepancy.search.current_model import after_first_slide, current_model_near
 from etb_hil.discrepancy.search.findings import Findings
-from etb_hil.discrepancy.search.first_slide import after_first_slide
 from etb_hil.discrepancy.search.force_scale import consider_force_scale
 from etb_hil.discrepancy.search.interruption import Interrupted
 from etb_hil.discrepancy.search.thresholds import excess

@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from etb_hil.base.roles import ROLES
-from etb_hil.discrepancy.fitting.gain import gain_of
-from etb_hil.discrepancy.measured.data_sheet import plate_rms
-from etb_hil.discrepancy.slow.drive_samples import DriveSamples
-from etb_hil.discrepancy.slow.staircase import is_held
+from etb_hil.discrepancy.fitting.free_run import gain_of
+from etb_hil.discrepancy.measured.measurement import plate_rms
+from etb_hil.discrepancy.slow.drive_samples import DriveSamples, is_held
 from etb_hil.discrepancy.slow.sweep_fit import SweepFit
 from etb_hil.discrepancy.slow.sweeps import Sweep, breaks_away, slow_remark
 from etb_hil.plant.integrator import TICK

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, current_rms, voltage_rms
 from etb_hil.discrepancy.measured.sampling import open_bridge
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Bools, Float64

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import current_rms, plate_rms, voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, current_rms, plate_rms, voltage_rms
 from etb_hil.discrepancy.measured.repair.rest_blocks import Blocks
 from etb_hil.plant.model_file import Sensors
 from etb_hil.recording.samples import Float64

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import plate_rms
-from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement
+from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement, plate_rms
 from etb_hil.discrepancy.measured.repair.coasting import commanded_coasts
 from etb_hil.discrepancy.measured.repair.noise import observed_noise
 from etb_hil.discrepancy.measured.repair.spikes import without_spikes

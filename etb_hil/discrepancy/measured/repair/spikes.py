@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import current_rms, plate_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, current_rms, plate_rms
 from etb_hil.discrepancy.measured.repair.regression import robust_least_squares
 from etb_hil.recording.samples import Float64, Int64
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, current_rms, voltage_rms
 from etb_hil.discrepancy.measured.repair.regression import robust_least_squares
 from etb_hil.discrepancy.measured.sampling import commanded, open_bridge
 from etb_hil.recording.samples import Float64

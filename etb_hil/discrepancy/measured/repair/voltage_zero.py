@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.discrepancy.measured.data_sheet import current_rms, voltage_rms
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import Measurement, current_rms, voltage_rms
 from etb_hil.discrepancy.measured.plausibility import is_constant
 from etb_hil.discrepancy.measured.repair.rest_blocks import Blocks
 from etb_hil.discrepancy.measured.sampling import open_bridge
