@@ -25,9 +25,8 @@ from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
+from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle, must_be_of_winding
 from etb_hil.discrepancy.measured.segments import DRIVES, drive_roles, is_measured_on_drive, measurements_of
-from etb_hil.discrepancy.measured.winding import must_be_of_winding
 from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan

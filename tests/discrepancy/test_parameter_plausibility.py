@@ -8,8 +8,7 @@ import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.errors import InputError
-from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
-from etb_hil.discrepancy.measured.unit_mismatch import must_be_labelled_in_its_angle
+from etb_hil.discrepancy.measured.plausibility import must_be_labelled_in_its_angle, must_be_of_throttle
 from etb_hil.plant.effects.layout import row
 
 GEAR = MODEL.values.gear_ratio

@@ -8,7 +8,7 @@ import pytest
 from synthetic import MODEL, RATE, measurement
 
 from etb_hil.base.errors import InputError
-from etb_hil.discrepancy.measured.winding import must_be_of_winding
+from etb_hil.discrepancy.measured.plausibility import must_be_of_winding
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.angles import grid_of
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.regimes import GUARD_TIME
+from etb_hil.discrepancy.measured.sampling import in_blocks
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.laws import laws, terms
 from etb_hil.plant.parameters import Model
@@ -120,9 +121,7 @@ def _other_unit(m: Measurement) -> list[str]:
 
 def _at_rest(m: Measurement) -> dict[str, float]:
     """Return the noise (rms of second differences, as white noise) at rest."""
-    count = len(m) // _BURST
-    angle = m.angle[: count * _BURST].reshape(count, _BURST)
-    rest = np.ptp(angle, axis=1) < 4.0 * max(m.angle_noise, _TINY) * np.sqrt(12.0)
+    rest = np.ptp(in_blocks(m.angle, _BURST), axis=1) < 4.0 * max(m.angle_noise, _TINY) * np.sqrt(12.0)
     if not rest.any():
         return {}
     found = {}
@@ -132,8 +131,7 @@ def _at_rest(m: Measurement) -> dict[str, float]:
         ("throttle_angle_rad", m.plate),
     ):
         if values is not None:
-            blocks = values[: count * _BURST].reshape(count, _BURST)[rest]
-            found[name] = float(np.sqrt(np.mean(np.diff(blocks, 2, axis=1) ** 2) / 6.0))
+            found[name] = float(np.sqrt(np.mean(np.diff(in_blocks(values, _BURST)[rest], 2, axis=1) ** 2) / 6.0))
     return found
 
 

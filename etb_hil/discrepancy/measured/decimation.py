@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.sampling import commanded
+from etb_hil.discrepancy.measured.sampling import commanded, in_blocks
 from etb_hil.recording.samples import Float64
 
 _ENOUGH = 2000.0  # Hz: what more samples would show is noise
@@ -32,7 +32,7 @@ def decimated(measured: Measurement) -> Measurement:
     def kept(values: Float64 | None) -> Float64 | None:
         return None if values is None else values[first:whole:every]
 
-    voltage = measured.voltage[first:whole].reshape(-1, every).mean(axis=1)
+    voltage = in_blocks(measured.voltage[first:], every).mean(axis=1)
     return replace(
         measured,
         rate=measured.rate / every,
@@ -42,7 +42,7 @@ def decimated(measured: Measurement) -> Measurement:
         current=voltage if measured.is_drive else kept(measured.current),
         plate=kept(measured.plate),
         temperature=measured.temperature[first:whole:every],
-        is_good=np.all(measured.is_good[first:whole].reshape(-1, every), axis=1),
+        is_good=np.all(in_blocks(measured.is_good[first:], every), axis=1),
         encoder=kept(measured.encoder),
         added=kept(measured.added),
         is_decimated=True,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,6 +70,12 @@ def until_next(voltage: Float64, is_open: NDArray[np.bool_]) -> Float64:
     return np.where(is_open, 0.5 * (voltage + ahead), voltage)
 
 
+def in_blocks(values: NDArray[Any], samples: int) -> NDArray[Any]:
+    """Return a signal (n) by whole blocks (blocks, samples), without what is over."""
+    count = len(values) // samples
+    return values[: count * samples].reshape(count, samples)
+
+
 def commanded(measured: Measurement) -> NDArray[np.bool_]:
     """Return where (n - 1) the voltage steps by more than the voltmeter's noise."""
     return np.abs(np.diff(measured.voltage)) > _JUMPS * voltage_rms(measured.sensors)
@@ -86,8 +94,7 @@ def trembling(angle: Float64, rate: float) -> float:
     """Return the rms of an angle's second differences (rad) where it is calmest."""
     samples = max(round(_CALM_FOR * rate), 2)
     steps = np.diff(angle, 2) / np.sqrt(3.0)
-    each = steps[: len(steps) // samples * samples].reshape(-1, samples)
-    return float(np.sqrt(np.quantile(np.mean(each**2, axis=1), _CALMEST)))
+    return float(np.sqrt(np.quantile(np.mean(in_blocks(steps, samples) ** 2, axis=1), _CALMEST)))
 
 
 def jitter(angle: Float64, rate: float, noise: float) -> float:
@@ -99,9 +106,8 @@ def jitter(angle: Float64, rate: float, noise: float) -> float:
     samples = max(round(_SHORT * rate), 8)
     velocity = np.diff(angle)[1:-2] * rate
     fourth = np.diff(angle, 4) / np.sqrt(70.0)
-    count = len(fourth) // samples
-    speeds = np.mean(velocity[: count * samples].reshape(count, samples), axis=1)
-    left = np.mean(fourth[: count * samples].reshape(count, samples) ** 2, axis=1) - noise**2
+    speeds = np.mean(in_blocks(velocity, samples), axis=1)
+    left = np.mean(in_blocks(fourth, samples) ** 2, axis=1) - noise**2
     fast = np.abs(speeds) > _TELLING * noise / _LIKELY_JITTER
     if np.count_nonzero(fast) < _ENOUGH:
         return 0.0

@@ -12,9 +12,9 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.angles import Angles
 from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measurement
 from etb_hil.discrepancy.measured.missing_samples import SLOW, filled_in, left_out
+from etb_hil.discrepancy.measured.plausibility import TOO_FAR, off_by, suspected
 from etb_hil.discrepancy.measured.repair.clock import even_times
 from etb_hil.discrepancy.measured.repair.repaired import repaired
-from etb_hil.discrepancy.measured.unit_mismatch import TOO_FAR, off_by, suspected
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording

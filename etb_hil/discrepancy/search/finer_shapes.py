@@ -8,7 +8,7 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate, residual_of
 from etb_hil.discrepancy.fitting.fit import Fit, Residual, fit_of, gauss_newton
-from etb_hil.discrepancy.fitting.unknowns import Unknown, finer_unknowns
+from etb_hil.discrepancy.fitting.unknowns import Unknown, finer_unknowns, moved
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.recording.samples import Float64
@@ -51,9 +51,7 @@ def _elsewhere(residual: Residual, at: Fit, jacobian: Float64, unknowns: Sequenc
     for unknown in (each for each in unknowns if each.name in finer):
         parameter = finer[unknown.name]
         for value in parameter.elsewhere:
-            whole = at.whole.copy()
-            unknown.put(whole, value / parameter.scale)
-            begin = fit_of(residual, whole)
+            begin = fit_of(residual, moved(at.whole, [unknown], [value / parameter.scale]))
             if begin.cost != at.cost:  # the record goes there
                 found, _ = gauss_newton(residual, begin, ordered, _QUICK_ITERATIONS, jacobian[:, ~is_own])
                 best = min(best, found, key=lambda fit: fit.cost)

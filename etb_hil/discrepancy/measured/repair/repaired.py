@@ -9,10 +9,9 @@ import numpy as np
 
 from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement, plate_rms
 from etb_hil.discrepancy.measured.repair.coasting import commanded_coasts
-from etb_hil.discrepancy.measured.repair.noise import observed_noise
+from etb_hil.discrepancy.measured.repair.rests import observed_noise, voltage_zero
 from etb_hil.discrepancy.measured.repair.spikes import without_spikes
 from etb_hil.discrepancy.measured.repair.voltage_shift import voltage_shift
-from etb_hil.discrepancy.measured.repair.voltage_zero import voltage_zero
 from etb_hil.plant.parameters import Model
 
 
