@@ -27,8 +27,9 @@ from etb_hil.hypotheses.constants import (
     PARAMETER,
     WHITE,
 )
-from etb_hil.hypotheses.terms import DRIFT, drift_unknowns
+from etb_hil.hypotheses.terms import BENCH, DRIFT, drift_unknowns
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import COULOMB, RESISTANCE, TORQUE_PER_AMPERE
 from etb_hil.recording.samples import Float64
 
@@ -66,15 +67,28 @@ class Hypothesis:
     without: float
     fit: Fitted
 
-    @property
-    def is_of_numbers(self) -> bool:
-        """Whether it is made of base parameters, which have no shape."""
-        return are_numbers(self.ids)
+    @classmethod
+    def of(cls, ids: tuple[str, ...], before: Fitted, fit: Fitted) -> Hypothesis:
+        """Return the hypothesis that a fit is, beside the calibrated model before it."""
+        return cls(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
 
     @property
     def effect(self) -> Effect | None:
         """The effect that it is, None where it is none."""
         return next((one.effect for one in self.fit.unknowns if one.effect and one.effect.id in self.ids), None)
+
+    def added_to(self, parameters: Float64) -> Float64:
+        """Return a whole vector with the parameters of the cause."""
+        found, own = parameters.copy(), self.fit.parameters
+        if self.ids == (DRIFT,):
+            sizes = slice(EXTENDED + len(BENCH), None)
+            found[sizes] = own[sizes]
+        if effect := self.effect:
+            found[list(effect.stated_indices)] = own[list(effect.stated_indices)]
+        for one in self.fit.unknowns:
+            if PARAMETER + one.name in self.ids:
+                one.put(found, float(own[one.place]))
+        return found
 
     def excludes(self, other: Hypothesis) -> bool:
         """Tell whether another one is less likely for more than its shape.
@@ -93,20 +107,14 @@ class Hypothesis:
         return set(other.ids) < set(self.ids) and self.evidence < other.evidence + GAIN
 
 
-def fitted(
-    record: Record,
-    before: Fitted,
-    ids: tuple[str, ...],
-    parameters: Float64,
-    effects: Mapping[str, Effect],
-) -> Hypothesis:
-    """Return a hypothesis fitted with the unknowns of the calibrated model.
+def fitted(record: Record, before: Fitted, cause: Hypothesis, effects: Mapping[str, Effect]) -> Hypothesis:
+    """Return a cause fitted beside another model, from where it was fitted already.
 
-    The fit begins from the given parameters; `effects` are all of the device by id.
+    `effects` are all of the device by id.
     """
-    unknowns = unknowns_with(before, ids, parameters, effects)
-    fit = settled(record, begun(record, parameters, unknowns, before.disturbance))
-    return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
+    parameters = cause.added_to(before.parameters)
+    unknowns = unknowns_with(before, cause.ids, parameters, effects)
+    return Hypothesis.of(cause.ids, before, settled(record, begun(record, parameters, unknowns, before.disturbance)))
 
 
 def unknowns_with(

@@ -195,7 +195,7 @@ def _immaterial(parameters: Float64) -> Disturbance:
 def _beside(matrix: Float64, unknowns: Sequence[Unknown]) -> Float64:
     """Return the information beside unknowns, which come first in a matrix."""
     count = len(unknowns)
-    scale = np.array([one.deviation for one in unknowns])
+    scale = scales(unknowns)
     base = matrix[:count, :count] * np.outer(scale, scale) + np.eye(count)
     cross = matrix[:count, count:] * scale[:, None]
     return np.asarray(matrix[count:, count:] - cross.T @ np.linalg.solve(base, cross))

@@ -12,7 +12,7 @@ import numpy as np
 
 from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.filtering import Normal, sensitivities
-from etb_hil.estimation.prior import best_step, log_prior, prior_slope
+from etb_hil.estimation.prior import best_step, log_prior, prior_slope, scales
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, freed
@@ -75,7 +75,7 @@ def _solved(normal: Normal, at: Int64, parameters: Float64, unknowns: Sequence[U
     """Return by how much unknowns move, in their units, and the evidence of that."""
     matrix, gradient = normal.matrix[np.ix_(at, at)], normal.gradient[at]
     step, gain = best_step(parameters[[one.place for one in unknowns]], unknowns, matrix, gradient, farthest=np.inf)
-    scale = np.array([one.deviation for one in unknowns])
+    scale = scales(unknowns)
     moved = parameters.copy()
     for one, value in zip(unknowns, step * scale, strict=True):
         moved[one.place] += value

@@ -15,9 +15,8 @@ from etb_hil.estimation.calibration import settled
 from etb_hil.estimation.climbing import Fitted, begun, climbed
 from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
-from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, candidates
-from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, fitted, misfit, unknowns_with
+from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, are_numbers, fitted, misfit, unknowns_with
 from etb_hil.hypotheses.constants import (
     BEGUN,
     EQUIVALENT_PARAMETER,
@@ -36,12 +35,10 @@ from etb_hil.hypotheses.constants import (
 )
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.prepared import Prepared, prepared
-from etb_hil.hypotheses.starts import across_a_ridge, across_samples, beginning, from_elsewhere
+from etb_hil.hypotheses.starts import beginning, from_elsewhere, likelier
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.plant.effects.effect import Effect
-from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.recording.samples import Float64
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +190,7 @@ def _may_be_its_shape(steps: Sequence[Step]) -> bool:
     if not steps or not steps[-1].is_material:
         return False
     last = steps[-1]
-    equivalent = EQUIVALENT_PARAMETER if last.best.is_of_numbers else EQUIVALENT_SHAPE
+    equivalent = EQUIVALENT_PARAMETER if are_numbers(last.best.ids) else EQUIVALENT_SHAPE
     return last.best.misfit < equivalent * last.misfit
 
 
@@ -207,7 +204,7 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
         before = fit = found[k - 1].best.fit if k > 0 else first
         anew: list[Step] = []
         for step in later:
-            one = fitted(record, fit, step.best.ids, _with(fit, step.best), effects)
+            one = fitted(record, fit, step.best, effects)
             compared = step if anew else found[k]  # beside fewer causes
             competing = [other for other in compared.hypotheses if other.ids != one.ids]
             anew.append(Step(misfit(fit), (one, *competing), NEEDED, is_material=True))
@@ -229,11 +226,10 @@ def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effec
             continue
         others, before = [one for one in found if one is not step], first
         for one in others:
-            before = fitted(record, before, one.best.ids, _with(before, one.best), effects).fit
+            before = fitted(record, before, one.best, effects).fit
         named = {id_ for one in others for id_ in one.best.ids}
         competing = [one for one in step.hypotheses if not named & set(one.ids)]
-        fits = [fitted(record, before, one.ids, _with(before, one), effects) for one in competing]
-        anew = _decided(before, fits, NEEDED)
+        anew = _decided(before, [fitted(record, before, one, effects) for one in competing], NEEDED)
         if anew is not None and anew.is_material:
             found = [*others, anew]
     return found
@@ -242,21 +238,6 @@ def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effec
 def _other_shapes(steps: Sequence[Step]) -> set[str]:
     """Return causes, and what beside one would be the same cause in another shape."""
     return {id_ for step in steps for one in (step.best, *step.group) for id_ in one.ids}
-
-
-def _with(fit: Fitted, cause: Hypothesis) -> Float64:
-    """Return a fit's parameters with those of a cause."""
-    found = fit.parameters.copy()
-    if cause.ids == (DRIFT,):
-        sizes = slice(EXTENDED + len(BENCH), None)
-        found[sizes] = cause.fit.parameters[sizes]
-    if effect := cause.effect:
-        its = list(effect.stated_indices)
-        found[its] = cause.fit.parameters[its]
-    for one in cause.fit.unknowns:
-        if PARAMETER + one.name in cause.ids:
-            one.put(found, float(cause.fit.parameters[one.place]))
-    return found
 
 
 def stepped(
@@ -308,8 +289,7 @@ def _fitted_from(
     found: list[Hypothesis] = []
     for ids_, begin in _hopeful(before, tried):
         aim = max((one.fit.posterior for one in found), default=-np.inf)
-        fit = _elsewhere(record, settled(record, begin, aim), ids_, aim)
-        found.append(Hypothesis(ids_, fit.evidence - before.evidence, misfit(fit), misfit(before), fit))
+        found.append(Hypothesis.of(ids_, before, likelier(record, settled(record, begin, aim), ids_, aim)))
     return found
 
 
@@ -327,44 +307,6 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
     material = [one for one in likeliest if one.misfit < share * left]
     best = (material or found)[0]
     return Step(left, (best, *(one for one in found if one is not best)), share, bool(material))
-
-
-def _elsewhere(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:
-    """Return a fit, or a likelier one from starts to which no slope leads."""
-    best = fit
-    for one in fit.unknowns:
-        if one.effect is None or one.effect.id not in ids:
-            continue
-        stated = one.effect.stated[one.effect.stated_indices.index(one.place)]
-        for value in () if stated.is_strength else stated.elsewhere:
-            p = best.parameters.copy()
-            p[one.place] = value
-            if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:
-                continue  # the record does not go there
-            found = climbed(record, begun(record, p, best.unknowns, best.disturbance), aim=max(aim, best.posterior))
-            best = max(best, found, key=lambda each: each.posterior)
-        reached = -np.inf
-        while best.posterior > reached + GAIN and misfit(best) > NOTHING:
-            reached = best.posterior
-            for p in across_samples(record, best.parameters, one):
-                best = _others_first(record, best, one, p, aim)
-            for p in across_a_ridge(best, one) if stated.is_strength else ():
-                best = _others_first(record, best, one, p, max(aim, best.posterior), least=best.posterior)
-    return best if best is fit else settled(record, best, aim)
-
-
-def _others_first(
-    record: Record, best: Fitted, one: Unknown, parameters: Float64, aim: float, least: float = -np.inf
-) -> Fitted:
-    """Return a fit, or a likelier one from where one unknown is held at first.
-
-    Else all others would take it back. The fit ends there where it is not likelier than `least`.
-    """
-    others = [each for each in best.unknowns if each is not one]
-    fit = climbed(record, begun(record, parameters, others, best.disturbance), aim=least)
-    if fit.posterior > least:
-        fit = climbed(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim=aim)
-    return max(best, fit, key=lambda each: each.posterior)
 
 
 def _hopeful(before: Fitted, tried: Sequence[tuple[tuple[str, ...], Fitted]]) -> list[tuple[tuple[str, ...], Fitted]]:

@@ -8,13 +8,14 @@ from itertools import product
 import numpy as np
 
 from etb_hil.estimation import forces
-from etb_hil.estimation.calibration import first_disturbance
-from etb_hil.estimation.climbing import Fitted
+from etb_hil.estimation.calibration import first_disturbance, settled
+from etb_hil.estimation.climbing import Fitted, begun, climbed
 from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.prior import over
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, as_stated
-from etb_hil.hypotheses.constants import GIVES_WAY, HALVINGS, LEAST_STEP, PARAMETER
+from etb_hil.hypotheses.comparison import misfit
+from etb_hil.hypotheses.constants import GAIN, GIVES_WAY, HALVINGS, LEAST_STEP, NOTHING, PARAMETER
 from etb_hil.hypotheses.linear import Start
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
@@ -88,7 +89,45 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
     return Start(start.ids, origins[0], first, max(start.evidence, gain)) if gain > 0.0 else start
 
 
-def across_samples(record: Record, parameters: Float64, unknown: Unknown) -> list[Float64]:
+def likelier(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:
+    """Return a fit, or a likelier one from starts to which no slope leads."""
+    best = fit
+    for one in fit.unknowns:
+        if one.effect is None or one.effect.id not in ids:
+            continue
+        stated = one.effect.stated[one.effect.stated_indices.index(one.place)]
+        for value in () if stated.is_strength else stated.elsewhere:
+            p = best.parameters.copy()
+            p[one.place] = value
+            if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:
+                continue  # the record does not go there
+            found = climbed(record, begun(record, p, best.unknowns, best.disturbance), aim=max(aim, best.posterior))
+            best = max(best, found, key=lambda each: each.posterior)
+        reached = -np.inf
+        while best.posterior > reached + GAIN and misfit(best) > NOTHING:
+            reached = best.posterior
+            for p in _across_samples(record, best.parameters, one):
+                best = _others_first(record, best, one, p, aim)
+            for p in _across_a_ridge(best, one) if stated.is_strength else ():
+                best = _others_first(record, best, one, p, max(aim, best.posterior), least=best.posterior)
+    return best if best is fit else settled(record, best, aim)
+
+
+def _others_first(
+    record: Record, best: Fitted, one: Unknown, parameters: Float64, aim: float, least: float = -np.inf
+) -> Fitted:
+    """Return a fit, or a likelier one from where one unknown is held at first.
+
+    Else all others would take it back. The fit ends there where it is not likelier than `least`.
+    """
+    others = [each for each in best.unknowns if each is not one]
+    fit = climbed(record, begun(record, parameters, others, best.disturbance), aim=least)
+    if fit.posterior > least:
+        fit = climbed(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim=aim)
+    return max(best, fit, key=lambda each: each.posterior)
+
+
+def _across_samples(record: Record, parameters: Float64, unknown: Unknown) -> list[Float64]:
     """Return parameters that make a reading late by a sample less, and by one more.
 
     There are none where the unknown makes no reading late.
@@ -109,7 +148,7 @@ def across_samples(record: Record, parameters: Float64, unknown: Unknown) -> lis
     return found
 
 
-def across_a_ridge(fit: Fitted, unknown: Unknown) -> list[Float64]:
+def _across_a_ridge(fit: Fitted, unknown: Unknown) -> list[Float64]:
     """Return parameters with half and with twice a strength.
 
     There are none where base parameters are within their tolerances. Beyond them, they may stand for another strength:

@@ -11,7 +11,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.estimation.record import record
-from etb_hil.hypotheses.comparison import misfit
+from etb_hil.hypotheses.comparison import are_numbers, misfit
 from etb_hil.hypotheses.search import compared, searched
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
@@ -95,7 +95,7 @@ def test_a_number_that_is_wrong_excludes_all_others(kind, cause, others):
 def test_friction_that_rises_everywhere_is_both_numbers_together():
     first, *rest = _compared("everywhere", "presliding_hysteresis", "coulomb", "stiction")
     assert first.ids == ("parameter:coulomb", "parameter:stiction")
-    alone = [one for one in rest if one.is_of_numbers]
+    alone = [one for one in rest if are_numbers(one.ids)]
     assert alone
     assert all(first.excludes(one) for one in alone)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.fit import Fit, box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
 from etb_hil.recording.samples import Float64
@@ -26,12 +27,6 @@ class HeldOut:
 
     cost: Float64
     x: Float64
-
-    def t_against(self, other: HeldOut) -> float:
-        """Return Student's t of this one's gain over another, over the folds."""
-        gain = other.cost - self.cost
-        spread = float(np.std(gain, ddof=1)) / np.sqrt(len(gain))
-        return float(np.mean(gain)) / spread if spread > 0.0 else 0.0
 
 
 def fold_of(balances: Sequence[Balances], segments: int = FOLDS) -> NDArray[np.int64]:
@@ -81,3 +76,12 @@ class Slopes:
 def held_out(fit: Fit, jacobian: Float64, unknowns: Sequence[Unknown], segment: NDArray[np.int64]) -> HeldOut:
     """Return the cost of each fold under parameters fitted on the others."""
     return Slopes(jacobian, unknowns, segment).held_out(fit)
+
+
+def t_of(after: Calibration, before: Calibration, balances: Sequence[Balances]) -> float:
+    """Return Student's t of a fit's gain over the one before, over the folds."""
+    segment = fold_of(balances)
+    with_it, without = (held_out(one.fit, one.jacobian, one.unknowns, segment).cost for one in (after, before))
+    gain = without - with_it
+    spread = float(np.std(gain, ddof=1)) / np.sqrt(len(gain))
+    return float(np.mean(gain)) / spread if spread > 0.0 else 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from etb_hil.discrepancy.candidates.candidate import Candidate, Refined, parameter_id
 from etb_hil.discrepancy.fitting.calibration import calibrate
-from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
+from etb_hil.discrepancy.fitting.cross_validation import t_of
 from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.fitting.unknowns import finer_unknowns
 from etb_hil.discrepancy.search.current_model import continue_from
@@ -51,7 +51,6 @@ def accept_measured(findings: Findings) -> None:
 def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     """Return the selection step of a measured cause; `known`: the model with it."""
     before, balances = findings.final, findings.balances
-    segment = fold_of(balances)
     after = calibrate(known, balances)
     effect = CATALOGUE.get(id_)
     frees = next((u.name for u in after.unknowns if parameter_id(u.name) == id_), "")
@@ -59,8 +58,5 @@ def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     if effect is not None and effect.finer and excess(groups, findings.samples).sum() > 0.0:
         more = [*after.unknowns, *finer_unknowns(effect, balances[0].load)]
         after = calibrate(known, balances, after.fit.whole, more)
-    t = held_out(after.fit, after.jacobian, after.unknowns, segment).t_against(
-        held_out(before.fit, before.jacobian, before.unknowns, segment)
-    )
     winner = Refined(Candidate(id_, effect, frees), after.fit, after.unknowns)
-    return SelectionStep(before, winner, (), t)
+    return SelectionStep(before, winner, (), t_of(after, before, balances))

@@ -18,7 +18,7 @@ from etb_hil.discrepancy.candidates.candidate import (
     unjudged,
 )
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
-from etb_hil.discrepancy.fitting.cross_validation import fold_of, held_out
+from etb_hil.discrepancy.fitting.cross_validation import t_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.discrepancy.measured.filter_record import as_record
@@ -137,32 +137,18 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
     """
     residual, load = residual_of(findings.balances), findings.balances[0].load
     candidate = _candidate(best)
-    near = _near(before.fit.whole, best.fit.parameters)
     fits = []
-    for begin in (near, _moved(before.fit.whole, near, best)):
+    for begin in (_near(before.fit.whole, best.fit.parameters), best.added_to(before.fit.whole)):
         unknowns = _unknowns_of(before.unknowns, candidate, begin, load)
-        fits.append((*gauss_newton(residual, fit_of(residual, begin), unknowns, _ITERATIONS), unknowns))
-    fit, jacobian, unknowns = min(fits, key=lambda one: one[0].cost)
-    segment = fold_of(findings.balances)
-    without = held_out(before.fit, before.jacobian, before.unknowns, segment)
-    return Refined(candidate, fit, unknowns), held_out(fit, jacobian, unknowns, segment).t_against(without)
+        fits.append(Calibration(unknowns, *gauss_newton(residual, fit_of(residual, begin), unknowns, _ITERATIONS)))
+    found = min(fits, key=lambda one: one.fit.cost)
+    return Refined(candidate, found.fit, found.unknowns), t_of(found, before, findings.balances)
 
 
 def _near(whole: Vector, parameters: Float64) -> Vector:
     """Return a whole vector of the balances with the parameters of the likelihood."""
     found = whole.copy()
     found[:EXTENDED] = parameters[:EXTENDED]
-    return found
-
-
-def _moved(base: Vector, near: Vector, best: Hypothesis) -> Vector:
-    """Return a base with what is a hypothesis' own."""
-    found = base.copy()
-    if best.effect is not None:
-        found[list(best.effect.stated_indices)] = near[list(best.effect.stated_indices)]
-    for one in best.fit.unknowns:
-        if PARAMETER + one.name in best.ids:
-            one.put(found, near[one.place])
     return found
 
 
