@@ -125,8 +125,7 @@ def explain(
         answer, isolations=distinguished, confounded=tuple(confounding), rejected_recordings=tuple(missing)
     )
     if said.is_interrupted:
-        done = stages(answer, is_read=True, is_searched=not findings.is_interrupted)
-        answer = replace(answer, interrupted=said.last, stages=done)
+        answer = _as_interrupted(answer, said, is_read=True, is_searched=not findings.is_interrupted)
     return Answer(as_in_its_file(answer, model), findings, holdout)
 
 
@@ -149,8 +148,7 @@ def _insufficient(
     """Return the answer to insufficient data with the reasons, also if interrupted."""
     answer = _nothing((*why, *data_quality(balances, model)), confounding)
     if said.is_interrupted:
-        done = stages(answer, is_read=True, is_searched=False)
-        answer = replace(answer, interrupted=said.last, stages=done)
+        answer = _as_interrupted(answer, said, is_read=True)
     return Answer(as_in_its_file(answer, model))
 
 
@@ -165,8 +163,14 @@ def _before_the_search(
     answer = _nothing(data_quality(balances, model), confounding)
     if isinstance(interrupt, Interrupted):
         answer = replace(answer, calibrated=calibrated_so_far(interrupt.calibration, model))
-    done = stages(answer, is_read=bool(balances), is_searched=False)
-    return Answer(as_in_its_file(replace(answer, interrupted=said.last, stages=done), model))
+    return Answer(as_in_its_file(_as_interrupted(answer, said, is_read=bool(balances)), model))
+
+
+def _as_interrupted(
+    answer: ExplanationResult, said: _Said, *, is_read: bool, is_searched: bool = False
+) -> ExplanationResult:
+    """Return an answer that says where an interrupt ended the work, and what was done."""
+    return replace(answer, interrupted=said.last, stages=stages(answer, is_read=is_read, is_searched=is_searched))
 
 
 def _nothing(quality: Sequence[str | DataQuality], confounding: Sequence[Confounded]) -> ExplanationResult:
@@ -269,8 +273,7 @@ def _coarsely(
     found = said.unless_interrupted("making free runs", explain_coarsely, recording, sweeps, model, fit_on, said, why)
     if found is None:
         said.interrupt()
-        done = stages(nothing, is_read=True, is_searched=False)
-        return Answer(replace(nothing, interrupted=said.last, stages=done))
+        return Answer(_as_interrupted(nothing, said, is_read=True))
     ahead = NextTest(confounding[0].test, confounding[0].pair) if confounding else None
     return Answer(replace(found.explanation, next_test=ahead, confounded=tuple(confounding)), coarse=found)
 

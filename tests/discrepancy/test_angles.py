@@ -77,10 +77,6 @@ def test_an_encoders_zero_is_set_to_the_plates():
     assert "zeros of encoder and plate sensor differ" in found.flags[0]
 
 
-def test_no_angle_is_none():
-    assert Angles.of({"motor_voltage": PLATE}, MODEL) is None
-
-
 def test_a_coarse_encoder_in_another_unit_is_refused_all_the_same():
     """Degrees read as radians have steps that are 57 times as wide."""
     true = measurement(MODEL.vector(), seed=5)

@@ -87,7 +87,7 @@ def _unknowns_without(fit: Fitted, made: Prepared, causes: Sequence[SelectionSte
 
 def _judged(findings: Findings, candidate: Candidate, sizes: Sizes, causes: Sequence[SelectionStep]) -> DetectionLimit:
     effect, strength = CATALOGUE[candidate.id], candidate.unknowns()[0]
-    unit = unit_for(effect.parameters[effect.searched[0]], is_linear=_is_linear(findings))
+    unit = unit_for(effect.parameters[effect.searched[0]], is_linear=findings.is_linear)
     seen = [size for size in sizes if size is not None]
     if causes:
         says = _found(candidate.id, causes)
@@ -107,7 +107,7 @@ def where_it_went(findings: Findings) -> str:
     """Return the range of motion in the judged samples."""
     ways = [b.measured.angle[b.measured.is_good] for b in findings.balances]
     low, high = min(float(way.min()) for way in ways), max(float(way.max()) for way in ways)
-    if _is_linear(findings):
+    if findings.is_linear:
         return f"{low:.3g} to {high:.3g} m"
     return f"{np.degrees(low):.1f} to {np.degrees(high):.1f} deg"
 
@@ -129,12 +129,8 @@ def _entry(
     findings: Findings, effect: Effect, limit: float | None, says: str, *, is_within: bool, is_judged: bool = True
 ) -> DetectionLimit:
     parameter = effect.parameters[effect.searched[0]]
-    unit = unit_for(parameter, is_linear=_is_linear(findings))
+    unit = unit_for(parameter, is_linear=findings.is_linear)
     return DetectionLimit(parameter.name, limit, unit, judged=is_judged, within_bounds=is_within, text=says)
-
-
-def _is_linear(findings: Findings) -> bool:
-    return findings.balances[0].measured.is_linear
 
 
 def _most(most: float, unit: str) -> str:

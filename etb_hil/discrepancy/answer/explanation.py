@@ -70,7 +70,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResul
 
 def _errors(findings: Findings, holdout: Holdout) -> Errors:
     """Return errors with units, and remarks on a free run that errs unexpectedly."""
-    units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
+    units = {POSITION: "m" if findings.is_linear else "rad", CURRENT_ROLE: "A"}
     least, most = float(holdout.noise_floors.min()), float(holdout.noise_floors.max())
     left = holdout.table["free_run"][POSITION]["calibrated"]
     says = []
@@ -142,7 +142,7 @@ def causes(
                 id=winner.id,
                 probability=_probability(each, winner.id, is_cause=True),
                 not_isolable_from=tuple(each.ambiguity_group),
-                parameters=_parameters(each, by_place, whole, is_linear=findings.balances[0].measured.is_linear),
+                parameters=_parameters(each, by_place, whole, is_linear=findings.is_linear),
                 finer_in_model=_finer(each, by_place, whole),
                 share_of_error=share,
                 held_out_t=each.t,
@@ -269,7 +269,7 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         if findings.accepted and moved > MOVED:
             flags.append("changes when the causes come in")
         found[name] = CalibratedParameter(
-            unit=value_unit(name, is_linear=findings.balances[0].measured.is_linear),
+            unit=value_unit(name, is_linear=findings.is_linear),
             nominal=nominal,
             value=estimate.value,
             interval=(estimate.low, estimate.high),
@@ -301,7 +301,7 @@ def _friction(findings: Findings, in_model: Vector) -> Mapping[str, ModelledFric
     first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
     return {
         name: ModelledFriction(
-            unit="N" if findings.balances[0].measured.is_linear else "N·m",
+            unit="N" if findings.is_linear else "N·m",
             reference=float(getattr(findings.model.values, name)),
             calibrated=float(first[FIELDS.index(name)]),
             extended=float(last[FIELDS.index(name)]),

@@ -108,7 +108,7 @@ class _Errors:
         for kind, signals in self.table.items():
             found = free_run.errors(b, parameters, begin_at, one_step=kind == "one_step")
             for signal, values in found.items():
-                signals.setdefault(signal, {})[name] = float(np.sqrt(np.mean(values**2)))
+                signals.setdefault(signal, {})[name] = free_run.rms(values)
             if kind == "free_run":
                 self.segments[name] = found
 

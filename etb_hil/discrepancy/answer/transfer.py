@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
@@ -62,7 +60,7 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, 
 def _free_run(other: Balances, whole: Vector) -> float:
     """Return the rms error (rad, or m) of one free run over a whole recording."""
     angle = other.measured.angle
-    return float(np.sqrt(np.mean((free_run.trace(other, whole[:EXTENDED], 0, len(angle)) - angle) ** 2)))
+    return free_run.rms(free_run.trace(other, whole[:EXTENDED], 0, len(angle)) - angle)
 
 
 def _said(gain: float, without: float, with_its: float, unit: str) -> str:

@@ -20,7 +20,7 @@ from etb_hil.discrepancy.measured.driving_voltage import with_its_mean, without_
 from etb_hil.discrepancy.measured.measurement import Measurement, voltage_rms
 from etb_hil.discrepancy.measured.regimes import Regimes
 from etb_hil.discrepancy.measured.sampling import held, jitter, missed_by_samples, open_bridge, trembling, until_next
-from etb_hil.discrepancy.measured.spectrum import Spectrum
+from etb_hil.discrepancy.measured.spectrum import Complex128, Spectrum
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import readings
 from etb_hil.plant.effects.effect import REFERENCE
@@ -36,8 +36,6 @@ from etb_hil.plant.physics import (
     Vector,
 )
 from etb_hil.recording.samples import Float64
-
-Complex128 = NDArray[np.complex128]
 
 CHANNELS = ("torque", "voltage", "angle")
 # Low frequencies would else weigh more than bristles, seen through an encoder, can be trusted.

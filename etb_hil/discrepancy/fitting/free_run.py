@@ -58,9 +58,9 @@ def errors(
 
     for begin, (angle, current) in zip(begins, side_by_side(run, range(len(begins))), strict=True):
         part = slice(begin, begin + samples)
-        found[POSITION].append(_rms(angle - m.angle[part]))
+        found[POSITION].append(rms(angle - m.angle[part]))
         if has_current and m.current is not None:
-            found[CURRENT_ROLE].append(_rms(current - m.current[part]))
+            found[CURRENT_ROLE].append(rms(current - m.current[part]))
     return {name: np.array(values) for name, values in found.items()}
 
 
@@ -114,7 +114,8 @@ def ticks_of(dt: float) -> int:
     return max(1, round(dt / TICK))
 
 
-def _rms(values: Float64) -> float:
+def rms(values: Float64) -> float:
+    """Return the root of the mean square of values."""
     return float(np.sqrt(np.mean(values**2)))
 
 

@@ -34,13 +34,13 @@ class Angles:
     encoder: Float64 | None = None
 
     @staticmethod
-    def of(columns: Mapping[str, Float64], model: Model) -> Angles | None:
-        """Return the angles of columns (n) by role; None without an angle sensor."""
+    def of(columns: Mapping[str, Float64], model: Model) -> Angles:
+        """Return the angles of columns (n) by role, of which one at least is an angle."""
         gear = model.values.gear_ratio
-        plate = columns.get("throttle_angle")
         plate_noise = plate_rms(model.sensors)
         if "motor_angle" not in columns:
-            return None if plate is None else _plates(plate, plate_noise, "motor_angle is missing")
+            return _plates(columns["throttle_angle"], plate_noise, "motor_angle is missing")
+        plate = columns.get("throttle_angle")
         angle = columns["motor_angle"] / gear
         step = max(2.0 * np.pi / model.sensors.motor_counts_per_turn, grid_of(columns["motor_angle"])) / gear
         noise = step / np.sqrt(12.0)

@@ -24,7 +24,7 @@ _COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
 _AROUND = 0.04  # s that the filter smears a stop over, or what held the plate
 GUARD_TIME = 0.1  # s about a bad sample that are not judged: a filter carries it there
 # What a true model leaves of the torque balance, before the case's own noise floor is known.
-_START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
+_START = np.array([4.0, 3.0, 1.0])  # by regime
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +46,8 @@ class Regimes:
         v = model.values
         near = (angle > v.stop_high - _NEAR) | (angle < v.stop_low + _NEAR)
         near = _widened(near, round(_AROUND * measured.rate))
-        calm = np.convolve(
-            np.abs(velocity), np.full(_odd(0.016 * measured.rate), 1.0 / _odd(0.016 * measured.rate)), "same"
-        )
+        width = 2 * max(round(0.016 * measured.rate / 2), 0) + 1
+        calm = np.convolve(np.abs(velocity), np.full(width, 1.0 / width), "same")
         label = np.where(near, STOP, np.where(calm < _SLOW * v.stribeck_velocity, SLOW, SLIDING))
         good = ~_widened(~measured.is_good, round(GUARD_TIME * measured.rate))
         stuck = ~near & _resting(
@@ -66,8 +65,7 @@ class Regimes:
 
     def start_weights(self, has: tuple[bool, bool, bool]) -> Float64:
         """Return weights (3 m) of the balances until the noise floor is known."""
-        torque = 1.0 / np.array([_START[k] for k in range(3)])[self.label]
-        torque = np.where(self.is_stuck, 0.0, torque)
+        torque = np.where(self.is_stuck, 0.0, 1.0 / _START[self.label])
         parts = [torque, np.ones(len(self.label)), np.ones(len(self.label))]
         return np.concatenate([w * self.is_good * there for w, there in zip(parts, has, strict=True)])
 
@@ -84,10 +82,6 @@ def _resting(angle: Float64, half: int, most: float) -> NDArray[np.bool_]:
     padded = np.pad(angle, half, mode="edge")
     blocks = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[:, :: max(1, half // 8)]
     return np.asarray(blocks.max(1) - blocks.min(1) < most)
-
-
-def _odd(samples: float) -> int:
-    return 2 * max(round(samples / 2), 0) + 1
 
 
 def _widened(flags: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:

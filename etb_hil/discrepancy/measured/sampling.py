@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement, voltage_rms
+from etb_hil.discrepancy.measured.spectrum import Complex128
 from etb_hil.recording.samples import Float64
-
-Complex128 = NDArray[np.complex128]
 
 _JUMPS = 10.0  # times the voltmeter's noise
 _OPEN_FOR = 0.02  # s

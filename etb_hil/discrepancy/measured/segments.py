@@ -29,6 +29,12 @@ DRIVES = (
     ("linear", ("drive_force", "linear_position", "command_force")),
     ("rotary", ("drive_torque", "drive_angle", "command_torque")),
 )
+# What an analysis of a throttle needs a value of, with what to do about it; and what it reads beside a drive.
+_NEEDED = {
+    ("motor_voltage", "motor_duty"): "a free run needs it: record one of them, or name its column in a map",
+    ("motor_angle", "throttle_angle"): "give the angle, calibrated, in rad or deg",
+}
+_READ = ("motor_current", "motor_angle", "throttle_angle")
 _DRIVEN_BY = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
 _MOVES = ("motor_angle", "throttle_angle", "linear_position", "drive_angle")
 
@@ -53,41 +59,18 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     if its := drive_roles(recording, is_linear=model.is_linear):
         samples = recording.joined(list(its))
         return _segments(recording, samples.time_ns, dict(samples.columns), model)
-    if "motor_voltage" not in roles and "motor_duty" not in roles:
-        remedy = "a free run needs it: record one of them, or name its column in a map"
-        raise InputError(_lacks(recording, "motor_voltage or motor_duty", remedy))
-    if "motor_angle" not in roles and "throttle_angle" not in roles:
-        raise InputError(
-            _lacks(recording, "motor_angle or throttle_angle", "give the angle, calibrated, in rad or deg")
-        )
-    wanted = [
-        role
-        for role in (
-            "motor_voltage",
-            "motor_duty",
-            "motor_current",
-            "motor_angle",
-            "throttle_angle",
-            "temperature",
-            "supply_voltage",
-        )
-        if role in roles and not (role == "motor_duty" and "motor_voltage" in roles)
-    ]
-    fast = [role for role in wanted if role not in SLOW]
-    samples = recording.joined(fast)
+    for wanted, remedy in _NEEDED.items():
+        if not set(wanted) & set(roles):
+            what = f"{recording.origin} has no values of {' or '.join(wanted)}, only of {', '.join(roles) or 'nothing'}"
+            raise InputError(Problem(what, remedy=remedy))
+    drive = "motor_voltage" if "motor_voltage" in roles else "motor_duty"
+    samples = recording.joined([drive, *(role for role in _READ if role in roles)])
     columns = dict(samples.columns)
-    for role in wanted:
-        if role not in columns:
-            series = recording.series(role)
-            known = np.isfinite(series.values)
-            if known.any():
-                columns[role] = np.interp(samples.time_ns, series.time_ns[known], series.values[known])
+    for role in (role for role in SLOW if role in roles):
+        series = recording.series(role)
+        known = np.isfinite(series.values)
+        columns[role] = np.interp(samples.time_ns, series.time_ns[known], series.values[known])
     return _segments(recording, samples.time_ns, columns, model)
-
-
-def _lacks(recording: Recording, what: str, why: str) -> Problem:
-    has = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
-    return Problem(f"{recording.origin} has no values of {what}, only of {', '.join(has) or 'nothing'}", remedy=why)
 
 
 def _segments(
@@ -206,13 +189,9 @@ def _measurement(
     if is_drive(model):
         return _drive(origin, start, rate, even, good, model)
     angles = Angles.of(even, model)
-    if angles is None:
-        raise InputError(Problem(f"{origin} has no angle"))
     flags = list(angles.flags)
     if "motor_voltage" in even:
         voltage = even["motor_voltage"]
-    elif "motor_duty" not in even:
-        raise InputError(Problem(f"{origin} has no value of what drives it from {start:.1f} s on"))
     else:
         voltage = even["motor_duty"] * even.get(
             "supply_voltage", np.full(len(angles.angle), model.values.supply_voltage)

@@ -69,10 +69,8 @@ class Spectrum:
         depend on the travel since the last reversal, ten times what an encoder's counts do.
         """
         smooth = spectrum * (self._smooth if is_calm else self._calm)
-        angle = angle if is_calm else np.fft.irfft(smooth, self.padded)[: self.count]
-        velocity = np.fft.irfft(smooth * self.all_s, self.padded)[: self.count]
-        acceleration = np.fft.irfft(spectrum * self._gentle * self.all_s**2, self.padded)[: self.count]
-        return angle, velocity, acceleration
+        acceleration = self.signal(spectrum * self._gentle * self.all_s**2)
+        return angle if is_calm else self.signal(smooth), self.signal(smooth * self.all_s), acceleration
 
     def smoothed(self, spectrum: Complex128) -> Float64:
         """Return the signal (n) of a whole spectrum, as smooth as a trembling angle."""

@@ -87,6 +87,11 @@ class Findings:
     is_interrupted: bool = False
 
     @property
+    def is_linear(self) -> bool:
+        """Whether the findings are of a drive in N and m."""
+        return self.balances[0].measured.is_linear
+
+    @property
     def final(self) -> Calibration:
         """The model with all causes."""
         return self.current_model.calibration

@@ -5,8 +5,7 @@ Calibrate by the balances, find the noise floor of the case, and accept the caus
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 
 from etb_hil.discrepancy.candidates.candidate import candidates_for
 from etb_hil.discrepancy.fitting.balances import Balances
@@ -46,21 +45,13 @@ def search(
     samples = group_means(segments, calibration.fit.whole)[1]
     findings = Findings(model, segments, calibration, [], current_model, current_model.groups, samples)
     out = [*without, *(entry.id for entry in model.effects)]
-    with _interruptible(findings):
+    try:
         findings.tested = candidates_for(segments, calibration.unknowns, out)
         accept_measured(findings)
         findings.verdict = accept_likely(findings, out, progress)
         consider_force_scale(findings)
-    if findings.is_interrupted:
+    except KeyboardInterrupt:  # what is known by then holds
+        findings.is_interrupted = True
         is_left = excess(findings.first_groups, findings.samples).any()
         findings.verdict = "unexplained" if is_left else "insufficient_data"
     return findings
-
-
-@contextmanager
-def _interruptible(findings: Findings) -> Iterator[None]:
-    """Let an interrupt end a part of the search, and keep what is known."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        findings.is_interrupted = True

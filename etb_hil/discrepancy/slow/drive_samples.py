@@ -46,10 +46,9 @@ def drive_samples(recording: Recording, model: Model) -> DriveSamples:
     good = np.all([np.isfinite(values) for values in samples.columns.values()], axis=0)
     columns = {role: values[good] for role, values in samples.columns.items()}
     count = int(np.count_nonzero(good))
-    angles = Angles.of(columns, model) if count >= FEWEST_SAMPLES else None
-    if angles is None:
+    if count < FEWEST_SAMPLES:
         raise InputError(Problem(f"{recording.origin} has too few samples", value=count, allowed=f"{FEWEST_SAMPLES}"))
-    return DriveSamples(samples.time_ns[good], columns[drive], drive == "motor_duty", angles)
+    return DriveSamples(samples.time_ns[good], columns[drive], drive == "motor_duty", Angles.of(columns, model))
 
 
 def is_held(samples: DriveSamples, sensors: Sensors) -> bool:
