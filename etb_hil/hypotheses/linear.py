@@ -35,10 +35,6 @@ class Start:
     parameters: Float64
     evidence: float
 
-    def nearer(self, share: float) -> Float64:
-        """Return the parameters after a share of the step."""
-        return self.origin + share * (self.parameters - self.origin)
-
 
 def ranked(
     record: Record, fit: Fitted, candidates: Sequence[Candidate | Drift], sets: Sequence[tuple[str, ...]] = ()

@@ -55,7 +55,7 @@ def beginning(record: Record, before: Fitted, start: Start, least: float) -> tup
         return p, first_disturbance(p)
     while share > LEAST_STEP and filtered(record, p, before.disturbance).log_likelihood < least:
         share *= 0.5
-        p = start.nearer(share)
+        p = start.origin + share * (start.parameters - start.origin)
     return p, _likelier_disturbance(record, before, p)
 
 

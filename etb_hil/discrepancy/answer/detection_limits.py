@@ -45,7 +45,10 @@ def detection_limits(findings: Findings) -> dict[str, DetectionLimit]:
     together: dict[tuple[int, ...], list[Candidate]] = defaultdict(list)
     for id_ in CATALOGUE:
         if id_ in findings.tested and (shapes := _shapes(record, fit, made, id_)):
-            known_as = _known_as(findings, id_)
+            # The accepted causes that the effect is, or is not isolable from.
+            known_as = tuple(
+                k for k, each in enumerate(findings.accepted) if id_ in (each.winner.id, *each.ambiguity_group)
+            )
             together[known_as].append(shapes[0] if known_as else shapes[len(shapes) // 2])
     limits: dict[str, DetectionLimit] = {}
     for known_as, asked in together.items():
@@ -67,11 +70,6 @@ def _shapes(record: Record, fit: Fitted, made: Prepared, id_: str) -> list[Candi
     is_fitted = any(one.effect is not None and one.effect.id == id_ for one in fit.unknowns)
     own = [Candidate(effect, fit.parameters)] if is_fitted else []
     return [*own, *candidates(record, fit.parameters, [effect])]
-
-
-def _known_as(findings: Findings, id_: str) -> tuple[int, ...]:
-    """Return which accepted causes an effect is, or is not isolable from."""
-    return tuple(k for k, each in enumerate(findings.accepted) if id_ in (each.winner.id, *each.ambiguity_group))
 
 
 def _unknowns_without(fit: Fitted, made: Prepared, causes: Sequence[SelectionStep]) -> list[Unknown]:

@@ -177,7 +177,7 @@ def _parameters(
 ) -> Mapping[str, ParameterEstimate]:
     effect = each.winner.candidate.effect
     if effect is None:
-        name = each.winner.candidate.frees
+        (name,) = each.winner.candidate.frees
         place = FIELDS.index(name)
         unit = value_unit(name, is_linear=is_linear)
         return {name: _size(numbers[place], unit, whole)}

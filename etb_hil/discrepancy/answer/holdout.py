@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +12,11 @@ from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import Slopes, fold_of
-from etb_hil.discrepancy.fitting.fit import Fit, fit_of
+from etb_hil.discrepancy.fitting.fit import fit_of
 from etb_hil.discrepancy.fitting.free_run import gain_of
 from etb_hil.discrepancy.fitting.free_run_fit import FreeRunFit, fit_free_run, part_of
 from etb_hil.discrepancy.fitting.noise_floor import motions_of, simulated
-from etb_hil.discrepancy.fitting.unknowns import Unknown, moved, start
+from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
 from etb_hil.plant.effects.layout import EXTENDED
@@ -128,7 +128,7 @@ def _noise_floor(findings: Findings, number: int, errors: _Errors) -> Float64:
         if seed is not None:
             again = simulated(findings.model, findings.balances, first.truth, motions, seed)
             fit = fit_of(residual_of(again), first.truth)
-        return again[number], _by_fold(findings, number, _folds(slopes, fit, first.calibration.unknowns))
+        return again[number], _by_fold(findings, number, slopes.vectors(fit))
 
     def left(seed: int | None) -> Float64:
         b, fitted = true_model(seed)
@@ -147,12 +147,7 @@ def _slopes(findings: Findings, calibration: Calibration) -> Slopes:
 
 def _folds_of(findings: Findings, calibration: Calibration) -> list[Vector]:
     """Return a calibration's parameters fitted without each fold."""
-    return _folds(_slopes(findings, calibration), calibration.fit, calibration.unknowns)
-
-
-def _folds(slopes: Slopes, fit: Fit, unknowns: Sequence[Unknown]) -> list[Vector]:
-    """Return the parameters fitted without each fold."""
-    return [moved(fit.whole, unknowns, values) for values in slopes.held_out(fit).x]
+    return _slopes(findings, calibration).vectors(calibration.fit)
 
 
 def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable[[float], Vector]:

@@ -24,20 +24,14 @@ TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A candidate: an effect, or a parameter beyond its tolerance (`frees`).
+    """A candidate: an effect, or parameters that leave their tolerances (`frees`).
 
-    `also_frees`: another parameter that leaves its tolerance with it, since one fault changes both.
+    There are several where one fault changes them together.
     """
 
     id: str
     effect: Effect | None = None
-    frees: str = ""
-    also_frees: str = ""
-
-    @property
-    def freed(self) -> frozenset[str]:
-        """The names of the parameters that leave their tolerances."""
-        return frozenset({self.frees, self.also_frees} - {""})
+    frees: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

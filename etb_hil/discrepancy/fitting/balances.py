@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.cache import Cache
-from etb_hil.discrepancy.fitting.inverse_model import InverseModel, Motion
+from etb_hil.discrepancy.fitting.inverse_model import InverseModel
 from etb_hil.discrepancy.measured.bridge_opening import without_diodes
 from etb_hil.discrepancy.measured.decimation import decimated
 from etb_hil.discrepancy.measured.driving_voltage import with_its_mean, without_noise
@@ -222,7 +222,7 @@ class Balances:
         smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
         inside = whole[: spectrum.bins]
         smooth_spectrum = spectrum.of(smooth)
-        walk = InverseModel(Motion(smooth, velocity, acceleration, m.temperature, self.is_open, m.dt))
+        walk = InverseModel(smooth, velocity, acceleration, m.temperature, self.is_open, m.dt)
         if m.current is None:
             nothing = np.zeros(0)
             return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, walk)

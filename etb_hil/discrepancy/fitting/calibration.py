@@ -77,18 +77,13 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     return found
 
 
-def _touches(balances: Sequence[Balances]) -> tuple[float, float]:
-    """Return the positions (rad) of stops that the ends of the motion just touch."""
-    lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
-    return lowest, max(float(b.measured.angle.max()) for b in balances) - _INSIDE
-
-
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
     """Move a stop that the motion just missed to where it touches (in place).
 
     No gradient leads there.
     """
-    lowest, highest = _touches(balances)
+    lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
+    highest = max(float(b.measured.angle.max()) for b in balances) - _INSIDE
     for unknown in unknowns:
         if unknown.place == STOP_HIGH and highest < whole[STOP_HIGH]:
             unknown.put(whole, float(np.clip((highest - unknown.centre) / unknown.scale, unknown.low, 0.0)))

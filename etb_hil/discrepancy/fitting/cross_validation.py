@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.fit import Fit, box_least_squares
-from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
+from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of, moved
+from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
 
 FOLDS = 10
@@ -71,6 +72,10 @@ class Slopes:
             cost[k] = sum(float(left @ left) for left in lefts)
             found[k] = x + step
         return HeldOut(cost, found)
+
+    def vectors(self, fit: Fit) -> list[Vector]:
+        """Return the whole vectors (folds) that are fitted on the others."""
+        return [moved(fit.whole, self._unknowns, x) for x in self.held_out(fit).x]
 
 
 def held_out(fit: Fit, jacobian: Float64, unknowns: Sequence[Unknown], segment: NDArray[np.int64]) -> HeldOut:

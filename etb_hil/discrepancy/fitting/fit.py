@@ -147,8 +147,8 @@ def _step(
 def box_least_squares(normal: Float64, right: Float64, low: Float64, high: Float64) -> Float64:
     """Return x (n) that minimises x' A x / 2 - b' x with low <= x <= high.
 
-    By a projected Newton method with an active set.
-    `normal` A (n, n) is positive definite, `right` b (n). The box need not contain 0.
+    By a projected Newton method with an active set. `normal` A (n, n) is positive definite, `right` b (n). The box need
+    not contain 0.
     """
     x = np.clip(np.zeros(len(right)), low, high)
     free = np.ones(len(right), bool)

@@ -16,9 +16,9 @@ from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
-from etb_hil.discrepancy.fitting.cross_validation import FOLDS, fold_of, held_out
+from etb_hil.discrepancy.fitting.cross_validation import FOLDS, Slopes, fold_of
 from etb_hil.discrepancy.fitting.fit import Fit, fit_of, gauss_newton
-from etb_hil.discrepancy.fitting.unknowns import Unknown, moved
+from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
@@ -69,8 +69,8 @@ def fit_free_run(
     part = np.repeat([part_of(balances, number, share) for share in runs.shares], runs.samples)
     slopes = np.vstack([found[:samples], jacobian])
     at = Fit(fit.whole, left, float(left @ left))
-    x = held_out(at, slopes, unknowns, np.concatenate([part, fold_of(balances)])).x
-    return FreeRunFit(fit.whole, [moved(fit.whole, unknowns, values) for values in x])
+    folds = Slopes(slopes, unknowns, np.concatenate([part, fold_of(balances)]))
+    return FreeRunFit(fit.whole, folds.vectors(at))
 
 
 def part_of(balances: Sequence[Balances], number: int, share: float) -> int:

@@ -117,7 +117,8 @@ class _Said:
     @classmethod
     def of(cls, residual: Residual, whole: Vector, unknowns: Sequence[Unknown], block: NDArray[np.int64]) -> _Said:
         """Return it from a fresh Jacobian: collinear effects cancel only in exact ones."""
-        left, slopes = residual(whole), _slopes(residual, whole, unknowns)
+        left = residual(whole)
+        slopes = _slopes(residual, whole, left, unknowns)
         samples = [np.flatnonzero(block == k) for k in range(_BLOCKS)]
         return cls(
             np.array([u.x_of(whole) for u in unknowns]),
@@ -175,13 +176,15 @@ class _Said:
         return np.asarray(normal + np.diag(self.stated[free] + _RIDGE + 1e-12 * np.diag(normal)))
 
 
-def _slopes(residual: Residual, whole: Vector, unknowns: Sequence[Unknown]) -> Float64:
-    """Return the residual's Jacobian (n, unknowns), second order, inside the box."""
+def _slopes(residual: Residual, whole: Vector, left: Float64, unknowns: Sequence[Unknown]) -> Float64:
+    """Return the Jacobian (n, unknowns) of a residual, second order, inside the box.
+
+    `left` (n): the residual at `whole`.
+    """
 
     def at(unknown: Unknown, x: float) -> Float64:
         return residual(moved(whole, [unknown], [x]))
 
-    left = residual(whole)
     found = np.empty((len(left), len(unknowns)))
     for k, unknown in enumerate(unknowns):
         x, step = unknown.x_of(whole), unknown.step

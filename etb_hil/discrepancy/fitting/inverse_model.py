@@ -7,7 +7,7 @@ time, so that two of the three passes are nearly always cached.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,21 +59,6 @@ _OF_THE_LOAD = np.array(ports.strengths_that_ask("load", *FRICTION))
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
-    """Angle, velocity, acceleration (n each) at the throttle shaft; temperature (n).
-
-    `is_open` (n): samples with the bridge open; `dt`: sample time in s.
-    """
-
-    angle: Vector
-    velocity: Vector
-    acceleration: Vector
-    temperature: Vector
-    is_open: NDArray[np.bool_]
-    dt: float
-
-
-@dataclass(frozen=True, slots=True)
 class InverseResult:
     """Driving less passive torque (n, N·m) and voltage (n, V) along the motion.
 
@@ -86,13 +71,22 @@ class InverseResult:
     is_lossy: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class InverseModel:
-    """A model evaluated along one motion with any parameters."""
+    """A model evaluated along one motion with any parameters.
 
-    def __init__(self, motion: Motion) -> None:
-        self._motion = motion
-        self._plates: Cache[tuple[Vector, Vector]] = Cache(cores())
-        self._bristles: Cache[Vector] = Cache(cores())
+    Angle, velocity, acceleration (n each) at the throttle shaft; temperature (n). `is_open` (n): samples with the
+    bridge open; `dt`: sample time in s.
+    """
+
+    angle: Vector
+    velocity: Vector
+    acceleration: Vector
+    temperature: Vector
+    is_open: NDArray[np.bool_]
+    dt: float
+    _plates: Cache[tuple[Vector, Vector]] = field(default_factory=lambda: Cache(cores()))
+    _bristles: Cache[Vector] = field(default_factory=lambda: Cache(cores()))
 
     @staticmethod
     def plate_key(p: Vector) -> bytes:
@@ -106,28 +100,29 @@ class InverseModel:
         """
 
         def make() -> tuple[Vector, Vector]:
-            m = self._motion
-            plate = np.empty_like(m.angle) if ports.is_loose(p) else m.angle
-            holds = np.empty_like(m.angle)
-            _hold(m.angle, m.velocity, m.acceleration, p, plate, holds)
+            plate = np.empty_like(self.angle) if ports.is_loose(p) else self.angle
+            holds = np.empty_like(self.angle)
+            _hold(self.angle, self.velocity, self.acceleration, p, plate, holds)
             return plate, holds
 
         return self._plates.of(self.plate_key(p), make)
 
     def __call__(self, current: Vector, p: Vector) -> InverseResult:
         """Return torque and voltage under a current (n) and extended parameters."""
-        m = self._motion
         _, holds = self.plate(p)
 
         def make() -> Vector:
-            carried = np.empty_like(m.angle)
-            _carry(m.angle, m.velocity, m.acceleration, m.temperature, holds, m.dt, p, carried)
+            carried = np.empty_like(self.angle)
+            _carry(self.angle, self.velocity, self.acceleration, self.temperature, holds, self.dt, p, carried)
             return carried
 
         key = p[_OF_THE_BRISTLES].tobytes() + (self.plate_key(p) if p[_OF_THE_LOAD].any() else b"")
         carried = self._bristles.of(key, make)
-        torque, voltage = np.empty((2, len(m.angle)))
-        lossy = _drive(m.angle, m.velocity, current, m.is_open, m.temperature, holds, carried, m.dt, p, torque, voltage)
+        torque, voltage = np.empty((2, len(self.angle)))
+        lossy = _drive(
+            self.angle, self.velocity, current, self.is_open, self.temperature, holds, carried, self.dt, p, torque,
+            voltage,
+        )  # fmt: skip
         return InverseResult(torque, voltage, lossy)
 
 

@@ -13,9 +13,8 @@ from etb_hil.plant.parameters import Model
 from etb_hil.plant.values import ThrottleParameters
 from etb_hil.recording.samples import Float64
 
-Openings = dict[
-    tuple[int, int], float
-]  # the current in A that a bridge opens under, by the first and last sample of it
+# The current in A that a bridge opens under, by the first and last sample of it.
+Openings = dict[tuple[int, int], float]
 
 _BEFORE = 0.025  # s that an opening lies before samples in which no current is seen to have flown for some time
 _HIGH, _LOW = 0.8, 0.5  # of the voltage's limit: the diodes give more than that, a motor that coasts gives less

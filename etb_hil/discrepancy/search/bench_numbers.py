@@ -53,7 +53,7 @@ def _step(findings: Findings, known: Model, id_: str) -> SelectionStep:
     before, balances = findings.final, findings.balances
     after = calibrate(known, balances)
     effect = CATALOGUE.get(id_)
-    frees = next((u.name for u in after.unknowns if parameter_id(u.name) == id_), "")
+    frees = tuple(u.name for u in after.unknowns if parameter_id(u.name) == id_)
     groups = group_means(balances, after.fit.whole)[0] / findings.final_noise_floor.level
     if effect is not None and effect.finer and excess(groups, findings.samples).sum() > 0.0:
         more = [*after.unknowns, *finer_unknowns(effect, balances[0].load)]

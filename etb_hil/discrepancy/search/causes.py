@@ -91,7 +91,7 @@ def _accept(findings: Findings, step: Step) -> None:
     before = findings.final
     winner, t = _fitted(findings, before, step.best)
     for k, id_ in enumerate(ids):
-        candidate = replace(winner.candidate, id=id_, frees=_name_of(step.best.ids[k]), also_frees="")
+        candidate = replace(winner.candidate, id=id_, frees=winner.candidate.frees[k : k + 1])
         compared = _compared(step) if k == 0 else ()  # the first one has what was compared
         found = SelectionStep(before, replace(winner, candidate=candidate), compared, t)
         found.ambiguity_group = sorted(group - set(ids))
@@ -157,17 +157,12 @@ def _candidate(best: Hypothesis) -> Candidate:
     first = best.ids[0]
     if first in CATALOGUE:
         return Candidate(first, CATALOGUE[first])
-    names = [_name_of(id_) for id_ in best.ids]
-    return Candidate(file_name(first), frees=names[0], also_frees=names[1] if len(names) > 1 else "")
-
-
-def _name_of(id_: str) -> str:
-    return id_.removeprefix(PARAMETER) if id_.startswith(PARAMETER) else ""
+    return Candidate(file_name(first), frees=tuple(id_.removeprefix(PARAMETER) for id_ in best.ids))
 
 
 def _unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
     """Return the unknowns of a candidate's fit: base, freed ones, the effect's."""
-    moved = [u.free() if u.name in candidate.freed else u for u in base]
+    moved = [u.free() if u.name in candidate.frees else u for u in base]
     if candidate.effect is None:
         return moved
     shapes = [float(start[place]) for place in candidate.effect.indices]

@@ -39,9 +39,8 @@ def after_first_slide(
 ) -> CurrentModel:
     """Return the model without torque before the first slide, if most excess is there.
 
-    The friction state at the beginning of a record is unknown: torque is not judged where that alone contradicts a
-    model.
-    Then that torque is not judged in the balances (in place) any more; otherwise they and the model stay.
+    The friction state at the beginning of a record is unknown: where torque there alone contradicts a model, it is not
+    judged in the balances (in place) any more. Otherwise they and the model stay.
     """
     against = _against(current_model, balances, current_model.calibration.fit.whole)
     if against == 0.0:

@@ -44,7 +44,7 @@ def _fits_as_well(findings: Findings, replaced: Sequence[SelectionStep], effect:
         if winner.candidate.effect is not None:
             gone.update(winner.candidate.effect.stated_indices)
             continue
-        number = stated[winner.candidate.frees]
+        number = stated[winner.candidate.frees[0]]
         factor = float(whole[number.place]) / number.centre
         scale.put(whole, float(np.clip((factor - 1.0) / scale.scale, scale.low, scale.high)))
         number.put(whole, 0.0)

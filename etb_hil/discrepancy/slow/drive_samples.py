@@ -55,8 +55,8 @@ def is_held(samples: DriveSamples, sensors: Sensors) -> bool:
     """Tell whether a drive moves in steps that are nearly all held for some samples.
 
     Only such a drive is known between two slow samples. Any other controller commands some ten times there, which the
-    record does not show, and which is no fault.
-    Steps are counted and not samples: a controlled plate rests most of the time, and few samples move it.
+    record does not show, and which is no fault. Steps are counted and not samples: a controlled plate rests most of the
+    time, and few samples move it.
     """
     steps = np.abs(np.diff(samples.drive))
     noise = 0.0 if samples.is_duty else voltage_rms(sensors)

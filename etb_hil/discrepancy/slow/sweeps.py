@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,11 +102,12 @@ def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
     """Return the runs of a recording; InputError if roles or data are missing."""
     samples = drive_samples(recording, model)
     time_ns, angle = samples.time_ns, samples.angles.angle
-    at = _reader(recording, time_ns)
-    voltage = samples.drive * at("supply_voltage", model.values.supply_voltage) if samples.is_duty else samples.drive
+    voltage = samples.drive
+    if samples.is_duty:
+        voltage = voltage * _values(recording, time_ns, "supply_voltage", model.values.supply_voltage)
     must_be_driven(recording.origin, voltage, angle, model.sensors)
-    temperature = at("temperature", 25.0)
-    role, condition = _condition(recording, at, len(time_ns))
+    temperature = _values(recording, time_ns, "temperature", 25.0)
+    role, condition = _condition(recording, time_ns)
     found = []
     for part in np.split(np.arange(len(time_ns)), _cuts(time_ns, condition, split=not role)):
         if len(part) < FEWEST_SAMPLES:
@@ -150,31 +150,25 @@ def _first_motion(angle: Float64, span: float) -> int | None:
     return int(found[0]) if len(found) else None
 
 
-def _reader(recording: Recording, time_ns: NDArray[np.int64]) -> Callable[[str, float], Float64]:
-    """Return a function for a role's values (n) at some instants, with a default."""
-
-    def at(role: str, otherwise: float) -> Float64:
-        if role not in recording.roles:
-            return np.full(len(time_ns), otherwise)
+def _values(recording: Recording, time_ns: NDArray[np.int64], role: str, otherwise: float) -> Float64:
+    """Return a role's values (n) at some instants, with a default."""
+    if role in recording.roles:
         series = recording.series(role)
         known = np.isfinite(series.values)
-        if not known.any():
-            return np.full(len(time_ns), otherwise)
-        return np.interp(time_ns, series.time_ns[known], series.values[known])
-
-    return at
+        if known.any():
+            return np.interp(time_ns, series.time_ns[known], series.values[known])
+    return np.full(len(time_ns), otherwise)
 
 
-def _condition(recording: Recording, at: Callable[[str, float], Float64], count: int) -> tuple[str, Float64]:
+def _condition(recording: Recording, time_ns: NDArray[np.int64]) -> tuple[str, Float64]:
     """Return the role that was set in steps, with its values (n); "" if none was."""
     for role in CONDITIONS:
-        if role in recording.roles:
-            values = at(role, 0.0)
-            levels = len(np.unique(values))
-            changes = int(np.count_nonzero(np.diff(values)))  # a supply's noise has few levels, too
-            if 2 < levels <= _MOST_CONDITIONS and changes < count // FEWEST_SAMPLES:
-                return role, values
-    return "", np.zeros(count)
+        values = _values(recording, time_ns, role, 0.0)
+        levels = len(np.unique(values))
+        changes = int(np.count_nonzero(np.diff(values)))  # a supply's noise has few levels, too
+        if 2 < levels <= _MOST_CONDITIONS and changes < len(time_ns) // FEWEST_SAMPLES:
+            return role, values
+    return "", np.zeros(len(time_ns))
 
 
 def _cuts(time_ns: NDArray[np.int64], condition: Float64, *, split: bool) -> NDArray[np.int64]:

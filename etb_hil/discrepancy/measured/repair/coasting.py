@@ -6,7 +6,6 @@ A coasting motor shows its back-EMF at open terminals, which a voltmeter reads. 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,15 +21,10 @@ _ENOUGH = 0.02  # s
 _NEARLY_ALL = 0.9  # of the samples
 
 
-class Coasts(NamedTuple):
-    """A voltage (n, V) with the back-EMF of coasts, and samples (n) not judged."""
-
-    voltage: Float64
-    samples: Bools
-
-
-def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
+def commanded_coasts(measured: Measurement, model: Model) -> tuple[Float64, Bools] | None:
     """Return the back-EMF of coasts that nearly all have 0 V; None otherwise.
+
+    That is the voltage (n, V) with it, and the samples (n) that are not judged.
 
     Until the current has decayed, an opened bridge shows its diode voltage, which is no commanded voltage either.
     """
@@ -46,7 +40,7 @@ def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
     is_off = _around(is_none, is_open)
     flows = np.abs(current) > _NONE * current_rms(m.sensors)
     coasts = is_off & ~flows & (np.abs(given) > _COASTS * least)
-    return Coasts(np.where(coasts, given, m.voltage), coasts | (is_off & flows))
+    return np.where(coasts, given, m.voltage), coasts | (is_off & flows)
 
 
 def _around(wide: Bools, narrow: Bools) -> Bools:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from etb_hil.recording.samples import Float64
@@ -13,15 +11,12 @@ _NEARLY_ALL = 0.999
 _FARTHER = 3.0  # times what all but a few samples are off by
 
 
-class Fitted(NamedTuple):
-    """Coefficients (k), and the distance from which on a sample is an outlier."""
+def robust_least_squares(
+    regressors: Float64, values: Float64, least: float, noise: Float64 | None = None
+) -> tuple[Float64, float]:
+    """Return coefficients (k) of regressors (n, k) for values (n), without outliers.
 
-    numbers: Float64
-    far: float
-
-
-def robust_least_squares(regressors: Float64, values: Float64, least: float, noise: Float64 | None = None) -> Fitted:
-    """Return the coefficients of regressors (n, k) for values (n), without outliers.
+    The second value is the distance from which on a sample is an outlier.
 
     `least`: the smallest distance of an outlier, in the values' unit. `noise`: the covariance (k, k) of the regressors'
     own noise, without which the coefficients would be biased towards zero (Fuller 1987).
@@ -38,4 +33,4 @@ def robust_least_squares(regressors: Float64, values: Float64, least: float, noi
         off = np.abs(values - regressors @ found)
         far = max(least, _FARTHER * float(np.quantile(off, _NEARLY_ALL)))
         counts = off < far
-    return Fitted(found, far)
+    return found, far

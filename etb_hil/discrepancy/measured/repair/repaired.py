@@ -50,10 +50,11 @@ def _coasting(m: Measurement, model: Model) -> Measurement:
     found = commanded_coasts(m, model)
     if found is None:
         return m
-    seconds = f"{float(np.count_nonzero(found.samples)) * m.dt:.2g} s"
+    voltage, samples = found
+    seconds = f"{float(np.count_nonzero(samples)) * m.dt:.2g} s"
     what = f"motor_voltage is 0 V while the motor turns with the bridge off ({seconds}): a command, not a measurement"
     said = f"{what}; the analysis uses the back-EMF there and does not judge it"
-    return replace(m, voltage=found.voltage, is_good=m.is_good & ~found.samples, flags=(*m.flags, said))
+    return replace(m, voltage=voltage, is_good=m.is_good & ~samples, flags=(*m.flags, said))
 
 
 def _from_its_zero(m: Measurement, model: Model) -> Measurement:

@@ -41,7 +41,7 @@ def voltage_shift(measured: Measurement) -> int:
     asked = np.column_stack([*regressors, current, np.sign(current), np.ones(len(at))])
     far = _FAR * current_rms(m.sensors)
     # What a current that is hardly kept until the next sample does, its noise hides: then the plain numbers are better.
-    fits = (robust_least_squares(asked, m.current[at + 1], far, noise).numbers for noise in (_noise(m), None))
+    fits = (robust_least_squares(asked, m.current[at + 1], far, noise)[0] for noise in (_noise(m), None))
     return next((shift for fit in fits if (shift := _shift(fit)) is not None), 0)
 
 
