@@ -26,7 +26,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle, must_be_of_winding
-from etb_hil.discrepancy.measured.segments import DRIVES, drive_roles, is_measured_on_drive, measurements_of
+from etb_hil.discrepancy.measured.segments import measurements_of, must_be_of_one_kind
 from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan
@@ -36,7 +36,6 @@ from etb_hil.discrepancy.search.interruption import Interrupted, calibrated_so_f
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.discrepancy.slow.coarse import Coarse, explain_coarsely
 from etb_hil.discrepancy.slow.sweeps import is_slow, sweeps_of
-from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.laws import laws
 from etb_hil.plant.model_check import impossible
 from etb_hil.plant.parameters import Model
@@ -92,7 +91,7 @@ def explain(
     An interrupt ends the work with what is known by then, and the answer says so. InputError where no run has a value
     of `fit_on`, and where a throttle's recording meets a drive's model or a drive's recording a throttle's.
     """
-    _must_be_of_one_kind(recordings, model)
+    must_be_of_one_kind(recordings, model)
     model = _obeying_its_laws(model, recordings)
     said = _Said(progress)
     confounding: list[Confounded] = []
@@ -229,24 +228,6 @@ def _put_together(findings: Findings, holdout: Holdout | None, said: _Said) -> E
 def _best(findings: Findings, holdout: Holdout | None) -> Vector:
     """Return the whole parameter vector that the model file holds."""
     return findings.final.fit.whole if holdout is None else holdout.best
-
-
-def _must_be_of_one_kind(recordings: Sequence[Recording], model: Model) -> None:
-    """Refuse a throttle's recording with a drive's model, and the reverse."""
-    problems = []
-    for recording in recordings:
-        of_drive = is_measured_on_drive(recording)
-        if is_drive(model) and not drive_roles(recording, is_linear=model.is_linear):
-            motion, roles = DRIVES[0 if model.is_linear else 1]
-            what = f"{recording.origin} is not measured on a {motion} drive, but the model '{model.name}' is one's"
-            remedy = "give the model file of what was measured: a drive's (schema etb_hil/drive/1, with its 'motion'), "
-            remedy += "a throttle's (schema etb_hil/model/1), or a stock one such as --model default"
-            problems.append(Problem(what, allowed=f"data with the roles {' and '.join(roles[:2])}", remedy=remedy))
-        if of_drive and not is_drive(model):
-            what = f"{recording.origin} is measured on a drive, but the model '{model.name}' is a throttle's"
-            problems.append(Problem(what, remedy="give a drive's model file (schema etb_hil/drive/1)"))
-    if problems:
-        raise InputError(*problems)
 
 
 def _coarsely(

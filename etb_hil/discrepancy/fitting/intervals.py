@@ -67,7 +67,9 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floo
 
     The interval is a sandwich over blocks, widened by what bounds hold back.
     """
-    missed = _missed(noise_floor)
+    # By name how far the rerun's calibration ended from the simulated truth.
+    off = noise_floor.calibration.fit.whole - noise_floor.truth
+    missed = {unknown.name: abs(float(off[unknown.place])) for unknown in noise_floor.calibration.unknowns}
     count = max(b.measured.angle_noise for b in balances) * np.sqrt(12.0)
     unknowns, whole = calibration.unknowns, calibration.fit.whole
     said = _Said.of(residual_of(balances), whole, unknowns, fold_of(balances, _BLOCKS))
@@ -207,9 +209,3 @@ def _is_of_effect(unknown: Unknown) -> bool:
 
 def _inverse(normal: Float64) -> Float64:
     return np.asarray(np.linalg.pinv(normal, rcond=1e-13, hermitian=True))
-
-
-def _missed(noise_floor: NoiseFloor) -> dict[str, float]:
-    """Return by name how far a rerun's calibration ended from the simulated truth."""
-    found = noise_floor.calibration.fit.whole
-    return {u.name: abs(float(found[u.place] - noise_floor.truth[u.place])) for u in noise_floor.calibration.unknowns}

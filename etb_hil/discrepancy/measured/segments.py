@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,18 +12,19 @@ from numpy.typing import NDArray
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.angles import Angles
 from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measurement
-from etb_hil.discrepancy.measured.missing_samples import SLOW, filled_in, left_out
 from etb_hil.discrepancy.measured.plausibility import TOO_FAR, off_by, suspected
 from etb_hil.discrepancy.measured.repair.clock import even_times
 from etb_hil.discrepancy.measured.repair.repaired import repaired
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
-from etb_hil.recording.samples import Float64
+from etb_hil.recording.samples import Float64, Int64
 
 SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
+_SLOW = ("temperature", "supply_voltage")  # between their samples a straight line is as good
+_ONE_SAMPLE = (1.5, 2.5)  # steps from one value to the next with one sample missing between
 _STANDS = 12.0  # times the angle's noise: what moves less stands still
 # by motion: what drives it, where it is, and what a test says it adds
 DRIVES = (
@@ -45,9 +47,22 @@ def drive_roles(recording: Recording, *, is_linear: bool) -> tuple[str, ...]:
     return tuple(role for role in roles if role in recording.roles) if {*roles[:2]} <= set(recording.roles) else ()
 
 
-def is_measured_on_drive(recording: Recording) -> bool:
-    """Tell whether a recording is of a drive with measured force or torque."""
-    return any(drive_roles(recording, is_linear=is_linear) for is_linear in (True, False))
+def must_be_of_one_kind(recordings: Sequence[Recording], model: Model) -> None:
+    """Refuse a throttle's recording with a drive's model, and the reverse."""
+    problems = []
+    for recording in recordings:
+        of_drive = any(drive_roles(recording, is_linear=is_linear) for is_linear in (True, False))
+        if is_drive(model) and not drive_roles(recording, is_linear=model.is_linear):
+            motion, roles = DRIVES[0 if model.is_linear else 1]
+            what = f"{recording.origin} is not measured on a {motion} drive, but the model '{model.name}' is one's"
+            remedy = "give the model file of what was measured: a drive's (schema etb_hil/drive/1, with its 'motion'), "
+            remedy += "a throttle's (schema etb_hil/model/1), or a stock one such as --model default"
+            problems.append(Problem(what, allowed=f"data with the roles {' and '.join(roles[:2])}", remedy=remedy))
+        if of_drive and not is_drive(model):
+            what = f"{recording.origin} is measured on a drive, but the model '{model.name}' is a throttle's"
+            problems.append(Problem(what, remedy="give a drive's model file (schema etb_hil/drive/1)"))
+    if problems:
+        raise InputError(*problems)
 
 
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
@@ -66,7 +81,7 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     drive = "motor_voltage" if "motor_voltage" in roles else "motor_duty"
     samples = recording.joined([drive, *(role for role in _READ if role in roles)])
     columns = dict(samples.columns)
-    for role in (role for role in SLOW if role in roles):
+    for role in (role for role in _SLOW if role in roles):
         series = recording.series(role)
         known = np.isfinite(series.values)
         columns[role] = np.interp(samples.time_ns, series.time_ns[known], series.values[known])
@@ -102,7 +117,7 @@ def _segments(
             even = _even(origin, times, own, apart, model)
             _must_move(even, model)
             even = repaired(even, model)
-            flags = (*scattered, *even.flags, *filled_in(times, own, apart))
+            flags = (*scattered, *even.flags, *_filled_in(times, own, apart))
             found.append(replace(even, flags=flags))
         except InputError as error:
             problems += error.problems
@@ -119,7 +134,7 @@ def _segments(
                 remedy="measure longer, look for lost samples",
             )
         )
-    said = [*recording.notes, *left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
+    said = [*recording.notes, *_left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
     return [replace(found[0], flags=(*found[0].flags, *said)), *found[1:]]
 
 
@@ -178,7 +193,7 @@ def _even(
             continue
         even[role] = np.interp(clock, seconds[known], values[known])
         nearest = np.clip(np.searchsorted(seconds[known], clock), 1, int(known.sum()) - 1)
-        if role not in SLOW:
+        if role not in _SLOW:
             good &= seconds[known][nearest] - seconds[known][nearest - 1] < 2.5 * step
     return _measurement(origin, start * 1e-9, 1.0 / step, even, good, model)
 
@@ -240,3 +255,40 @@ def _drive(
         is_linear=model.is_linear,
         added=even.get(adds),
     )
+
+
+def _filled_in(time_ns: Int64, columns: Mapping[str, Float64], step: float) -> list[str]:
+    """Say what share of samples of columns (n) is missing, and what share filled in.
+
+    `step`: time between two samples in s.
+    """
+    samples = round(float(time_ns[-1] - time_ns[0]) * 1e-9 / step) + 1
+    found: dict[tuple[int, int], list[str]] = {}
+    for role, values in columns.items():
+        known = time_ns[np.isfinite(values)]
+        if role in _SLOW or not len(known) or len(known) >= samples:
+            continue
+        apart = np.diff(known) * 1e-9 / step
+        filled = int(np.count_nonzero((apart > _ONE_SAMPLE[0]) & (apart < _ONE_SAMPLE[1])))
+        filled += round(float(known[0] - time_ns[0] + time_ns[-1] - known[-1]) * 1e-9 / step)
+        if filled:
+            found.setdefault((samples - len(known), min(filled, samples - len(known))), []).append(role)
+    return [
+        f"{_percent(lacking, samples)} of the samples have no {', '.join(roles)}; {_percent(filled, samples)}, single "
+        "ones and those at the ends, are interpolated and judged"
+        for (lacking, filled), roles in found.items()
+    ]
+
+
+def _left_out(time_ns: Int64, parts: Sequence[Int64], shortest: float) -> list[str]:
+    """Say which parts (sample numbers) of a record are shorter than `shortest` in s."""
+    if not parts:
+        return []
+    pieces = "1 segment" if len(parts) == 1 else f"{len(parts)} segments"
+    seconds = sum(float(time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 for part in parts)
+    samples = _percent(sum(map(len, parts)), len(time_ns))
+    return [f"{pieces} of less than {shortest:g} s between gaps left out: {seconds:.2g} s, {samples} of the samples"]
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100.0 * part / whole:.2g} %"
