@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -85,7 +84,8 @@ def _unknowns_without(fit: Fitted, made: Prepared, causes: Sequence[SelectionSte
 
 def _judged(findings: Findings, candidate: Candidate, sizes: Sizes, causes: Sequence[SelectionStep]) -> DetectionLimit:
     effect, strength = CATALOGUE[candidate.id], candidate.unknowns()[0]
-    unit = unit_for(effect.parameters[effect.searched[0]], is_linear=findings.is_linear)
+    parameter = effect.parameters[effect.searched[0]]
+    unit = unit_for(parameter, is_linear=findings.is_linear)
     seen = [size for size in sizes if size is not None]
     if causes:
         says = _found(candidate.id, causes)
@@ -98,7 +98,10 @@ def _judged(findings: Findings, candidate: Candidate, sizes: Sizes, causes: Sequ
     limit = max(seen, default=None)
     where = where_it_went(findings) if effect.is_of_place and limit is not None else ""
     says = "; ".join(filter(None, [says, f"valid for the recorded range: {where}" if where else ""]))
-    return replace(_entry(findings, effect, limit, says, is_within=bool(seen or causes)), valid_range=where)
+    is_within = bool(seen or causes)
+    return DetectionLimit(
+        parameter.name, limit, unit, judged=True, within_bounds=is_within, text=says, valid_range=where
+    )
 
 
 def where_it_went(findings: Findings) -> str:
@@ -120,15 +123,9 @@ def _not_judged(findings: Findings, effect: Effect) -> DetectionLimit:
         says = "the motion is too short for its shape"
     else:
         says = beyond_judging(findings.balances).get(effect.id, "not tested")
-    return _entry(findings, effect, None, says, is_within=False, is_judged=False)
-
-
-def _entry(
-    findings: Findings, effect: Effect, limit: float | None, says: str, *, is_within: bool, is_judged: bool = True
-) -> DetectionLimit:
     parameter = effect.parameters[effect.searched[0]]
     unit = unit_for(parameter, is_linear=findings.is_linear)
-    return DetectionLimit(parameter.name, limit, unit, judged=is_judged, within_bounds=is_within, text=says)
+    return DetectionLimit(parameter.name, None, unit, judged=False, within_bounds=False, text=says)
 
 
 def _most(most: float, unit: str) -> str:

@@ -56,12 +56,9 @@ def candidates_for(
     `without`: ids left out.
     """
     out = {*without, *beyond_judging(balances)}
-    ids = [*CATALOGUE, *(parameter_id(u.name) for u in base if _may_be_cause(u))]
+    parameters = [u for u in base if u.name not in TOO_SMALL and not u.is_known and u.place < PARAMETERS]
+    ids = [*CATALOGUE, *(parameter_id(u.name) for u in parameters)]
     return tuple(id_ for id_ in ids if id_ not in out)
-
-
-def _may_be_cause(unknown: Unknown) -> bool:
-    return unknown.name not in TOO_SMALL and not unknown.is_known and unknown.place < PARAMETERS
 
 
 def parameter_id(name: str) -> str:

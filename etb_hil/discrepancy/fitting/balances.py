@@ -161,13 +161,9 @@ class Balances:
         current, current_spectrum = truth.current, truth.current_spectrum
         if self.measured.current is None:
             current, current_spectrum = self._current_from_voltage(truth, p)
-        found = truth.walk(current, p)
-        return _Modelled(
-            self.spectrum.of(found.torque),
-            self.spectrum.of(found.voltage) if found.is_lossy else p[RESISTANCE] * current_spectrum,
-            self._place(truth, p),
-            current_spectrum,
-        )
+        torque, voltage, is_lossy = truth.walk(current, p)
+        drop = self.spectrum.of(voltage) if is_lossy else p[RESISTANCE] * current_spectrum
+        return _Modelled(self.spectrum.of(torque), drop, self._place(truth, p), current_spectrum)
 
     def _place(self, truth: _Truth, p: Vector) -> Complex128:
         """Return the in-band spectrum of the plate's angle as its sensor reads it."""

@@ -53,13 +53,12 @@ class Estimate:
     def flags(self) -> list[str]:
         """Return the remarks on the value and its interval."""
         is_end = self.low < self.high and self.value in (self.low, self.high)
-        found = ["on a bound"] if self.on_bound else []
-        found += (
-            ["at an end of its interval: identifiable only together with others"]
-            if is_end and not self.on_bound
-            else []
-        )
-        return found if self.is_identifiable else [*found, "not identifiable from these data"]
+        remarks = {
+            "on a bound": self.on_bound,
+            "at an end of its interval: identifiable only together with others": is_end and not self.on_bound,
+            "not identifiable from these data": not self.is_identifiable,
+        }
+        return [remark for remark, holds in remarks.items() if holds]
 
 
 def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floor: NoiseFloor) -> list[Estimate]:

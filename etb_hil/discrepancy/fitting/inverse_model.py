@@ -58,19 +58,6 @@ _OF_THE_BRISTLES = np.array([
 _OF_THE_LOAD = np.array(ports.strengths_that_ask("load", *FRICTION))
 
 
-@dataclass(frozen=True, slots=True)
-class InverseResult:
-    """Driving less passive torque (n, N·m) and voltage (n, V) along the motion.
-
-    The torque is without the inertia's; the voltage without L di/dt and K_e times the velocity. `is_lossy`: the voltage
-    is more than the resistance's.
-    """
-
-    torque: Vector
-    voltage: Vector
-    is_lossy: bool
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class InverseModel:
     """A model evaluated along one motion with any parameters.
@@ -107,8 +94,12 @@ class InverseModel:
 
         return self._plates.of(self.plate_key(p), make)
 
-    def __call__(self, current: Vector, p: Vector) -> InverseResult:
-        """Return torque and voltage under a current (n) and extended parameters."""
+    def __call__(self, current: Vector, p: Vector) -> tuple[Vector, Vector, bool]:
+        """Return driving less passive torque (n, N·m) and voltage (n, V) along the motion.
+
+        The torque is without the inertia's; the voltage without L di/dt and K_e times the velocity. The third value
+        tells whether the voltage is more than the resistance's. `current` (n) and extended parameters `p` are given.
+        """
         _, holds = self.plate(p)
 
         def make() -> Vector:
@@ -123,7 +114,7 @@ class InverseModel:
             self.angle, self.velocity, current, self.is_open, self.temperature, holds, carried, self.dt, p, torque,
             voltage,
         )  # fmt: skip
-        return InverseResult(torque, voltage, lossy)
+        return torque, voltage, lossy
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -124,16 +124,11 @@ def _segments(
     if problems and not found:
         raise InputError(*problems)
     if found and found[0].rate < SLOWEST:
-        raise InputError(
-            Problem(f"{origin} is sampled too slowly", value=f"{found[0].rate:.0f} Hz", allowed=f"from {SLOWEST:g} Hz")
-        )
+        what, rate = f"{origin} is sampled too slowly", f"{found[0].rate:.0f} Hz"
+        raise InputError(Problem(what, value=rate, allowed=f"from {SLOWEST:g} Hz"))
     if not found:
-        raise InputError(
-            Problem(
-                f"{origin} has no segment of {SHORTEST:g} s without a gap",
-                remedy="measure longer, look for lost samples",
-            )
-        )
+        what = f"{origin} has no segment of {SHORTEST:g} s without a gap"
+        raise InputError(Problem(what, remedy="measure longer, look for lost samples"))
     said = [*recording.notes, *_left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
     return [replace(found[0], flags=(*found[0].flags, *said)), *found[1:]]
 
@@ -162,16 +157,12 @@ def _must_move(m: Measurement, model: Model) -> None:
         raise InputError(Problem(what, value=f"{way:.2g} {unit}", allowed=least, remedy=remedy))
     between = model.values.stop_high - model.values.stop_low
     if not m.is_drive and way > TOO_FAR * between:
-        is_of_label = way / off_by("deg", "rad") <= TOO_FAR * between
-        raise InputError(
-            Problem(
-                f"{m.origin}: the plate moves beyond the model's stops"
-                + (f"; {suspected('deg', 'rad')}" if is_of_label else ""),
-                value=f"{math.degrees(way):.3g} deg",
-                allowed=f"up to {math.degrees(TOO_FAR * between):.3g} deg",
-                remedy="check the angle's unit (rad or deg), and the model's gear_ratio and stops",
-            )
-        )
+        what = f"{m.origin}: the plate moves beyond the model's stops"
+        if way / off_by("deg", "rad") <= TOO_FAR * between:
+            what += f"; {suspected('deg', 'rad')}"
+        remedy = "check the angle's unit (rad or deg), and the model's gear_ratio and stops"
+        far, most = (f"{math.degrees(one):.3g} deg" for one in (way, TOO_FAR * between))
+        raise InputError(Problem(what, value=far, allowed=f"up to {most}", remedy=remedy))
 
 
 def _even(

@@ -83,13 +83,8 @@ def _chosen(sweeps: Sequence[Sweep], fit_on: Sequence[float]) -> list[bool]:
     unknown = [value for value in fit_on if value not in there]
     if unknown or len(set(fit_on)) == len(set(there)):
         allowed = ", ".join(f"{value:g}" for value in there if np.isfinite(value)) or "none: no condition was set"
-        raise InputError(
-            Problem(
-                "--fit-on must name conditions of the data" if unknown else "--fit-on must leave a run to judge by",
-                value=", ".join(f"{value:g}" for value in fit_on),
-                allowed=allowed,
-            )
-        )
+        what = "--fit-on must name conditions of the data" if unknown else "--fit-on must leave a run to judge by"
+        raise InputError(Problem(what, value=", ".join(f"{value:g}" for value in fit_on), allowed=allowed))
     return [s.condition in fit_on for s in sweeps]
 
 
