@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import EtbHilError, InputError
+from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.job import execute
+from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.cli.run_screen import limits_of, title_of
 from etb_hil.page.channel import Channel
 from etb_hil.page.feed import PageFeed
 from etb_hil.page.operator import PageOperator
 from etb_hil.page.outcome import outcome_of, refusal
+from etb_hil.page.stops import held_back, take_stops
 from etb_hil.report.panel_watcher import PanelWatcher
 from etb_hil.scenario.kinds.prompt import PromptPhase
 
 if TYPE_CHECKING:
     from etb_hil.bench.job import Job
-    from etb_hil.bench.stop_signals import StopSignals
-    from etb_hil.cli.units import Units
+    from etb_hil.cli.units import Judged, Units
     from etb_hil.session.finished import Finished
 
 
@@ -54,32 +57,47 @@ class PageScreen:
         return finished, False
 
 
-def run_for_page(units: Units, options: argparse.Namespace) -> int:
+def run_for_page(open_units: Callable[[], Units], options: argparse.Namespace) -> int:
     """Run one unit, and leave what came of it for the page, whatever that is.
 
-    Return the exit code.
+    Return the exit code. A press of STOP ends it before the run begins; the run heeds one; after the run none changes
+    what is told.
     """
-    channel = Channel(options.page)
+    channel, signals = Channel(options.page), StopSignals()
     outcome = refusal("BENCH FAULT", "The program failed.", "Repeat the test. Where it happens again, report it.")
-    try:
-        judged = units.run(units.check(options.serial) if options.serial else "")
-        outcome = outcome_of(judged.results, judged.session, judged.next_step, judged.notes)
-    except InputError as error:
-        outcome = refusal("REFUSED", str(error))
-        raise
-    except KeyboardInterrupt as interrupt:
-        reason = str(interrupt) or "The operator stopped the run before the plate moved."
-        outcome = refusal("ABORTED", reason, "Repeat the test.")
-        raise
-    except EtbHilError as error:
-        outcome = refusal("BENCH FAULT", str(error), "Correct what is named, then repeat.")
-        raise
-    finally:
-        known = channel.read_state()
-        run = known.get("run") or {"serial": options.serial, "operator": options.operator}
-        with PageFeed(channel, lambda: None) as feed:
-            feed.tell({"run": run, "outcome": outcome})
+    with held_back():
+        try:
+            try:
+                take_stops()
+                units = open_units()
+                judged = units.run(units.check(options.serial) if options.serial else "", held=signals)
+            finally:
+                signals.hold()  # never let go: the process ends with the run
+            outcome = outcome_of(
+                judged.results, judged.session, judged.next_step, (*judged.notes, *_late(judged, signals))
+            )
+        except InputError as error:
+            outcome = refusal("REFUSED", str(error))
+            raise
+        except KeyboardInterrupt as interrupt:
+            reason = str(interrupt) or "The operator stopped the run before the plate moved."
+            outcome = refusal("ABORTED", reason, "Repeat the test.")
+            raise
+        except EtbHilError as error:
+            outcome = refusal("BENCH FAULT", str(error), "Correct what is named, then repeat.")
+            raise
+        finally:
+            known = channel.read_state()
+            run = known.get("run") or {"serial": options.serial, "operator": options.operator}
+            with PageFeed(channel, lambda: None) as feed:
+                feed.tell({"run": run, "outcome": outcome})
     return judged.code
+
+
+def _late(judged: Judged, signals: StopSignals) -> tuple[str, ...]:
+    """Return the sentence for an order that came once the run was over."""
+    is_late = signals.verb is not None and judged.results.bench.outcome is BenchOutcome.OK
+    return ("STOP came after the run had ended. The verdict stands.",) if is_late else ()
 
 
 def _run(job: Job, serial: str, operator: str) -> dict[str, Any]:

@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     if options.page is not None:
         from etb_hil.cli.page_screen import run_for_page
 
-        return run_for_page(Units(options, output, _desk(options), attended), options)
+        return run_for_page(lambda: Units(options, output, _desk(options), attended), options)
     units = Units(options, output, _desk(options), attended)
     return _queue(units, time_limit) if options.batch else _one_unit(units, time_limit)
 

@@ -26,6 +26,7 @@ from typing import Any
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.files import write_text
+from etb_hil.page.stops import held_back
 
 LARGEST = 1 << 16  # bytes of a datagram
 
@@ -63,13 +64,14 @@ class Channel:
 
         False where a run is under way.
 
-        What it prints goes to `run.log`. It outlives whoever started it.
+        What it prints goes to `run.log`. It outlives whoever started it. A STOP waits there for
+        `take_stops`.
         """
         descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT, 0o600)
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._state.unlink(missing_ok=True)
-            with self.log.open("wb") as log:
+            with self.log.open("wb") as log, held_back():
                 process = subprocess.Popen(  # noqa: S603 (our own program)
                     [sys.executable, "-P", "-m", "etb_hil", "run", "--page", str(self.folder), *arguments],
                     stdin=subprocess.DEVNULL,
