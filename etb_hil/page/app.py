@@ -95,6 +95,7 @@ class Page:
                 WebSocketRoute("/live", self._socket),
             ],
             middleware=[Middleware(Guard, hosts=hosts, is_open=is_open)],
+            exception_handlers={InputError: _failed, OSError: _failed, Exception: _failed},
             lifespan=self._lifespan,
         )
 
@@ -228,7 +229,7 @@ class Page:
         if not is_photo(content):
             return _refused(400, "no_photo")
         photo = self.live.channel.photo
-        await asyncio.to_thread(write_bytes, photo, content)
+        await asyncio.to_thread(write_bytes, photo, content, "make room, then take the photo again")
         if not self.live.answer(number, prompt["answers"][0], str(photo)):
             return _refused(409, "not_asked")
         return JSONResponse({})
@@ -382,6 +383,13 @@ async def _content(request: Request, most: int) -> bytes:
         if len(content) > most:
             return b""
     return bytes(content)
+
+
+async def _failed(_: Request, error: Exception) -> Response:
+    """Say on the page what failed there; the server's log has the traceback of what nobody foresaw."""
+    is_stated = isinstance(error, InputError | OSError)
+    said = str(error) if is_stated else f"{type(error).__name__}: {error}"
+    return JSONResponse({"why": "page_failed", "said": said}, 503 if is_stated else 500)
 
 
 def _refused(code: int, why: str) -> Response:

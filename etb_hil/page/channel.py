@@ -29,6 +29,7 @@ from etb_hil.base.files import write_text
 from etb_hil.page.stops import held_back
 
 LARGEST = 1 << 16  # bytes of a datagram
+_PID_ROOM = 20  # bytes that the number of a process takes at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +63,7 @@ class Channel:
     def start(self, arguments: list[str]) -> bool:
         """Start `etb-hil run` with these arguments in a session of its own.
 
-        False where a run is under way.
+        False where a run is under way. OSError where it cannot be started: then nothing runs.
 
         What it prints goes to `run.log`. It outlives whoever started it. A STOP waits there for
         `take_stops`.
@@ -71,6 +72,8 @@ class Channel:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._state.unlink(missing_ok=True)
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, b" " * _PID_ROOM, 0)  # on a full disk no run starts that STOP would not find
             with self.log.open("wb") as log, held_back():
                 process = subprocess.Popen(  # noqa: S603 (our own program)
                     [sys.executable, "-P", "-m", "etb_hil", "run", "--page", str(self.folder), *arguments],
@@ -80,8 +83,12 @@ class Channel:
                     pass_fds=(descriptor,),
                     start_new_session=True,
                 )
-            os.ftruncate(descriptor, 0)
-            os.pwrite(descriptor, str(process.pid).encode(), 0)
+            try:
+                os.pwrite(descriptor, str(process.pid).encode(), 0)
+            except OSError:
+                process.kill()  # it has not begun to prepare the run yet
+                process.wait()
+                raise
         except BlockingIOError:
             return False
         finally:

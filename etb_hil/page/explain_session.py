@@ -13,6 +13,7 @@ from pathlib import Path
 
 from etb_hil.api.explaining import explain, model_of
 from etb_hil.base.errors import EtbHilError
+from etb_hil.page.explaining import LONGEST_SAID
 from etb_hil.page.session_files import EXPLANATION
 
 
@@ -36,7 +37,7 @@ def main() -> int:
 
 
 def _say(what: str) -> None:
-    print(json.dumps(what), flush=True)  # noqa: T201 (the page reads it)
+    print(json.dumps(what[:LONGEST_SAID]), flush=True)  # noqa: T201 (the page reads it)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+LONGEST_SAID = 400  # characters
 LAST_OF_ALL = ("nice", "-n", "19")  # minutes of computing beside the bench
 
 
@@ -27,22 +28,25 @@ class Explaining:
     said: str = ""
     _process: asyncio.subprocess.Process | None = None
     _task: asyncio.Task[None] | None = None
+    _is_ended: bool = False
 
     def start(self, session: Path) -> bool:
         """Explain a session; False where an explanation is under way."""
         if self.status == "running":
             return False
-        self.run_id, self.status, self.said = session.name, "running", ""
+        self.run_id, self.status, self.said, self._is_ended = session.name, "running", "", False
         self._task = asyncio.create_task(self._follow(session))
         self.changed()
         return True
 
     def stop(self) -> bool:
         """End the search with what is known by now; False where there is none."""
-        if self.status != "running" or self._process is None:
+        if self.status != "running":
             return False
-        with contextlib.suppress(ProcessLookupError):
-            self._process.send_signal(signal.SIGINT)
+        self._is_ended = True
+        if self._process is not None:  # else it is about to be started
+            with contextlib.suppress(ProcessLookupError):
+                self._process.send_signal(signal.SIGINT)
         return True
 
     def state(self) -> dict[str, str]:
@@ -50,21 +54,36 @@ class Explaining:
         return {"run_id": self.run_id, "status": self.status, "said": self.said}
 
     async def _follow(self, session: Path) -> None:
-        pipe, quiet = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
+        status = "failed"
         try:
-            self._process = process = await asyncio.create_subprocess_exec(
-                *LAST_OF_ALL, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
-                stdin=quiet, stdout=pipe, stderr=quiet,
-            )  # fmt: skip
-        except OSError as error:
-            self.status, self.said = "failed", str(error)
+            status = await self._explain(session)
+        except Exception as error:  # noqa: BLE001 (whatever it is, the page says that the explanation is over)
+            self.said = f"{type(error).__name__}: {error}"[:LONGEST_SAID]
+        finally:
+            if self._process is not None and self._process.returncode is None:
+                self._process.kill()
+            self._process = None
+            self.status, self.said = status, self.said or "it ended without an answer"
             self.changed()
-            return
+
+    async def _explain(self, session: Path) -> str:
+        """Run the explanation, and return how it ended."""
+        pipe, quiet = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
+        self._process = process = await asyncio.create_subprocess_exec(
+            *LAST_OF_ALL, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
+            stdin=quiet, stdout=pipe, stderr=quiet,
+        )  # fmt: skip
+        if self._is_ended:
+            process.send_signal(signal.SIGINT)
         assert process.stdout is not None  # noqa: S101 (it is piped)
-        async for line in process.stdout:
+        while True:
+            try:
+                line = await process.stdout.readline()
+            except ValueError:  # longer than any line of ours: a plug-in printed it
+                continue
+            if not line:
+                break
             with contextlib.suppress(ValueError):
-                self.said = str(json.loads(line))[:400]
+                self.said = str(json.loads(line))[:LONGEST_SAID]
             self.changed()
-        self.status = "failed" if await process.wait() else "done"
-        self._process = None
-        self.changed()
+        return "failed" if await process.wait() else "done"

@@ -6,11 +6,13 @@ All open pages are told of each change.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import os
 import signal
 import socket
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
@@ -26,6 +28,7 @@ LOOK_S = 0.25  # how often the process of the run is looked for
 SURVEY_S = 300.0  # how often an idle bench is looked at: a calibration runs out by the clock
 MOST_POINTS = 5000  # of a run's curves: ten minutes
 _LOG_TAIL = 400
+_NEWS = {"snapshot", "prompt", "points"}  # the keys of what a run tells all the time
 
 
 @dataclass(slots=True)
@@ -48,6 +51,7 @@ class Live:
     snapshot: dict[str, Any] | None = None
     prompt: dict[str, Any] | None = None
     recent: dict[str, Any] = field(default_factory=dict)
+    troubles: dict[str, str] = field(default_factory=dict)  # what the page fails at, and why
     version: int = 0
     explaining: Explaining = field(init=False)
     _points: deque[list[Any]] = field(default_factory=lambda: deque(maxlen=MOST_POINTS))
@@ -71,7 +75,14 @@ class Live:
         self._heard = self.channel.listen(self.channel.page_socket)
         self.recent = self.past.recent()
         self.outcome = self.channel.read_state().get("outcome")
-        self.look()
+        with self._told("follow"):
+            self.look()
+
+    def close(self) -> None:
+        """Hear the run no more."""
+        if self._heard is not None:
+            self._heard.close()
+        self._sender.close()
 
     async def watch(self) -> None:
         """Hear the run and look for its process, until cancelled."""
@@ -83,7 +94,8 @@ class Live:
             was_here = self.holder.is_here()
             surveyed_s = loop.time()
             while True:
-                self.look()
+                with self._told("follow"):
+                    self.look()
                 if not self.is_testing and loop.time() - surveyed_s > SURVEY_S:
                     self._is_stale = True
                 if self._is_stale and (self._refreshing is None or self._refreshing.done()):
@@ -105,25 +117,44 @@ class Live:
             if state.get("run") and self.status != "running":
                 self.status, self.run = "running", state["run"]
                 self.changed()
-        elif self.is_testing or (state.get("run") and outcome is None):
+        elif self.is_testing or (state.get("run") and outcome is None and self.outcome is None):
             self._end(state.get("run") or self.run, outcome)
 
     def start(self, order: dict[str, str], operator: str) -> bool:
-        """Start a run of a unit; False where one is under way."""
+        """Start a run of a unit; False where one is under way.
+
+        Where it cannot be started, its outcome says why.
+        """
         arguments = [*self.base, f"--serial={order['serial']}", f"--operator={operator}"]
         if order.get("unit"):
             arguments.append(f"--unit={order['unit']}")
         if order.get("scenario"):
             arguments += ["--", order["scenario"]]
-        if not self.channel.start(arguments):
-            return False
-        self._begin({"serial": order["serial"], "operator": operator})
+        run = {"serial": order["serial"], "operator": operator}
+        try:
+            if not self.channel.start(arguments):
+                return False
+        except OSError as error:
+            self._begin(run)
+            reason = f"The test could not be started: {error.filename or self.channel.folder}: {error.strerror}."
+            self._end(run, refusal("REFUSED", reason, "Correct what is named, then repeat."))
+            return True
+        self._begin(run)
         return True
 
     def stop(self, *, in_order: bool) -> bool:
         """Take the drive off now, or lead the plate home first; False where nothing runs."""
         number = signal.SIGUSR1 if in_order else signal.SIGINT
-        return self.is_testing and self.channel.signal(number)
+        if not self.is_testing:
+            return False
+        try:
+            return self.channel.signal(number)
+        except OSError:  # the lock cannot be opened: the run itself told its process, too
+            process = self.run.get("process")
+            if process is None:
+                return False
+            os.kill(process, number)
+            return True
 
     def answer(self, number: int, answer: str, entry: str = "") -> bool:
         """Answer a prompt, with the text or photo that it asks for.
@@ -162,6 +193,7 @@ class Live:
             "run": self.run,
             "outcome": self.outcome,
             "recent": self.recent,
+            "troubles": dict(self.troubles),
             "explaining": self.explaining.state(),
             "holder": {"name": self.holder.name, "is_here": self.holder.is_here()},
         }
@@ -181,6 +213,7 @@ class Live:
         self._points.clear()
         self._seen = 0
         self.number += 1
+        self.troubles.pop("keep", None)
         self.changed()
 
     def _end(self, run: dict[str, Any], outcome: dict[str, Any] | None) -> None:
@@ -190,7 +223,8 @@ class Live:
                 "The program that ran the test ended without results. " + self._last_words(),
                 "Switch the supply off before you touch the unit. Then repeat the test.",
             )
-            self.channel.write_state({"run": run, "outcome": outcome})
+            with self._told("keep"):
+                self.channel.write_state({"run": run, "outcome": outcome})
         self.status, self.run, self.outcome, self.prompt = "done", run, outcome, None
         self._is_stale = True
         self.changed()
@@ -200,13 +234,29 @@ class Live:
 
         A store that is down may take seconds.
         """
-        self.recent = await asyncio.to_thread(self.past.recent)
+        with self._told("past"):
+            self.recent = await asyncio.to_thread(self.past.recent)
         self.changed()
+        with self._told("survey"):
+            try:
+                self.bench = await asyncio.to_thread(self.survey)
+            except InputError as error:
+                self.bench = {**self.bench, "unfit": str(error)}
+        self.changed()
+
+    @contextlib.contextmanager
+    def _told(self, doing: str) -> Iterator[None]:
+        """Tell open pages what fails here until it works again; no task of the page ends by it."""
+        why = ""
         try:
-            self.bench = await asyncio.to_thread(self.survey)
-        except InputError as error:
-            self.bench = {**self.bench, "unfit": str(error)}
-        self.changed()
+            yield
+        except Exception as error:  # noqa: BLE001 (whatever it is: a test must be seen and stopped all the same)
+            why = str(error) if isinstance(error, InputError | OSError) else f"{type(error).__name__}: {error}"
+        if self.troubles.get(doing, "") != why:
+            self.troubles.pop(doing, None)
+            if why:
+                self.troubles[doing] = why
+            self.changed()
 
     def _last_words(self) -> str:
         try:
@@ -224,9 +274,10 @@ class Live:
                 break
             except (OSError, ValueError):
                 continue
-            if not message:
-                self.look()
-            elif self.status == "running":
+            if message == {}:
+                with self._told("follow"):
+                    self.look()
+            elif self.status == "running" and isinstance(message, dict) and message.keys() == _NEWS:
                 self.snapshot, self.prompt = message["snapshot"], message["prompt"]
                 self._points.extend(message["points"])
                 self._seen += len(message["points"])

@@ -85,6 +85,7 @@ def serve(settings: Settings) -> None:
         h11_max_incomplete_event_size=16_384,
     )
     uvicorn.Server(config).run(sockets=[listener])
+    live.close()
     if channel.is_busy():
         print("A test is under way; it goes on. The next 'etb-hil page' finds it again.", flush=True)  # noqa: T201
 

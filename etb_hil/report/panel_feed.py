@@ -97,15 +97,16 @@ class PanelFeed:
         A machine that cannot start it runs without.
         """
         sys.stdout.flush()
-        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close)
         # In a session of its own, so that Ctrl-C reaches the run alone, which then ends in its safe state.
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError), contextlib.ExitStack() as open_files:
+            self._errors = open_files.enter_context(tempfile.TemporaryFile())
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "etb_hil.report.panel"],
                 stdin=subprocess.PIPE,
                 stderr=self._errors,
                 start_new_session=True,
             )
+            open_files.pop_all()  # `close` reads and closes it
         if self._process is not None and self._process.stdin is not None:
             self._pipe = self._process.stdin.fileno()
             os.set_blocking(self._pipe, False)

@@ -86,6 +86,16 @@ class Served:
         connection.close()
         return answer.status, answer.headers, body
 
+    def send(self, path, content, cookie):
+        """Return (status, answer) of bytes that are posted, as a browser posts a photo."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
+        own = {"Host": f"127.0.0.1:{self.port}", "Origin": f"http://127.0.0.1:{self.port}", "Cookie": cookie}
+        connection.request("POST", path, content, own)
+        answer = connection.getresponse()
+        body = json.loads(answer.read())
+        connection.close()
+        return answer.status, body
+
     def visit(self):
         """Return the cookie of a new visitor."""
         return self.ask("GET", "/")[1]["Set-Cookie"].split(";")[0]

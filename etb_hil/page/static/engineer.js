@@ -1,6 +1,7 @@
 // The engineer's view: one run or two, their steps, measurements and signals, files to download, and an explanation.
 
 import { draw } from "./chart.js";
+import { element, limitText, showTroubles } from "./parts.js";
 import { readTable, thinned, valueAt } from "./signals.js";
 import { clock, DEGREES, inDegrees, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
@@ -11,13 +12,6 @@ const RUNS = ["a", "b"];
 let about = null, you = {}, isOpen = false, window_s = null, cursors = [null, null], switched = new Set(FIRST_SHOWN);
 const results = { a: null, b: null }, signals = { a: null, b: null }, chosen = { a: "", b: "" };
 const loading = new Set();  // the runs whose signals are on their way
-
-function element(name, text = "", classes = "") {
-  const made = document.createElement(name);
-  made.textContent = text;
-  if (classes) made.className = classes;
-  return made;
-}
 
 // Fill a table. A cell is a text, or a text and its classes. On a phone each row is a card: its cells say their column.
 function fill(name, head, rows) {
@@ -35,7 +29,9 @@ async function ask(what, order = {}) {
   $("said").textContent = "";
   const answer = await fetch(`/api/${what}`, { method: "POST", body: JSON.stringify(order) }).catch(() => null);
   if (answer?.status === 401) return location.assign("/login");
-  if (!answer?.ok) $("said").textContent = answer ? say((await answer.json().catch(() => ({}))).why ?? "too_many", { name: about?.holder.name ?? "" }) : say("not_reached");
+  if (answer?.ok) return;
+  const { why = "too_many", said = "" } = answer ? await answer.json().catch(() => ({})) : { why: "not_reached" };
+  $("said").textContent = say(why, { name: about?.holder.name ?? "", said });
 }
 
 const isTesting = () => about && (about.status === "starting" || about.status === "running");
@@ -49,6 +45,7 @@ function connect() {
     about = told.about;
     you = told.you;
     document.body.dataset.status = about.status;
+    showTroubles(about);
     showChoices();
     showExplaining();
     if (was && !isTesting()) for (const which of RUNS) if (!signals[which]) loadSignals(which);
@@ -119,11 +116,6 @@ function stepResult(result, phase) {
 }
 
 const verdictCell = (one) => (one?.verdict ? [`${{ pass: "✓", fail: "✗" }[one.verdict] ?? "?"} ${say(`verdict_${one.verdict}`)}`, one.verdict] : "");
-
-function limitText({ limit_low: low, limit_high: high, unit }) {
-  if (low !== null && high !== null) return `${shown(low, unit)} … ${shown(high, unit)}`;
-  return low !== null ? `≥ ${shown(low, unit)}` : high !== null ? `≤ ${shown(high, unit)}` : "";
-}
 
 function showResults() {
   const { a, b } = results, two = Boolean(b);

@@ -1,6 +1,7 @@
 // The operator page: what the server tells is shown, what the operator does is asked of the server.
 
 import { draw } from "./chart.js";
+import { element, limitText, showTroubles } from "./parts.js";
 import { CODE, listen } from "./scanner.js";
 import { DEGREES, inDegrees, clock, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
@@ -19,21 +20,14 @@ const SIGNS = {
 
 let about = null, you = {}, news = {}, points = [], shownRun = -1, heardMs = 0, isOpen = false, armed = "", heardSerial = "";
 
-function element(name, text = "", classes = "") {
-  const made = document.createElement(name);
-  made.textContent = text;
-  if (classes) made.className = classes;
-  return made;
-}
-
 async function ask(what, order = {}, body = JSON.stringify(order)) {
   $("said").textContent = "";
   try {
     const answer = await fetch(`/api/${what}`, { method: "POST", body });
     if (answer.ok) return true;
     if (answer.status === 401) return location.assign("/login"), false;
-    const why = (await answer.json().catch(() => ({}))).why ?? "too_many";
-    $("said").textContent = say(why, { name: about?.holder.name ?? "" });
+    const { why = "too_many", said = "" } = await answer.json().catch(() => ({}));
+    $("said").textContent = say(why, { name: about?.holder.name ?? "", said });
   } catch {
     $("said").textContent = say("not_reached");
   }
@@ -94,6 +88,7 @@ function showAbout() {
   showChoice($("scenario"), bench.scenarios.map((one) => [one.name, one.title]), "friction_check");
   showChoice($("unit"), bench.units.map((one) => [one, one]), "default");
   $("what").textContent = [run.serial, run.part, run.scenario, run.operator].filter(Boolean).join(" · ") || say("no_run_yet");
+  showTroubles(about);
   showPhases();
   showVerdict();
   showRecent();
@@ -219,12 +214,6 @@ function showNumbers(snapshot) {
 }
 
 const upper = (limit) => (limit === null || limit === undefined ? "" : `≤ ${shown(limit, "N·m")}`);
-
-function limitText(one) {
-  const { limit_low: low, limit_high: high, unit } = one;
-  if (low !== null && high !== null) return `${shown(low, unit)} … ${shown(high, unit)}`;
-  return low !== null ? `≥ ${shown(low, unit)}` : high !== null ? `≤ ${shown(high, unit)}` : "";
-}
 
 function showFacts(snapshot) {
   // The last picture of a run was taken before its drive went off.
