@@ -19,7 +19,10 @@ from etb_hil.base.stock import find, stock_files
 from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.bench.job import bench_store
 from etb_hil.canio.bus.bus_settings import VIRTUAL
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.phase_use import RunPhase
 from etb_hil.histories.runs import runs_at
+from etb_hil.scenario.phases import phase_kinds, use_of
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.station.admission import require_fit_bench
 from etb_hil.station.station_file import load_station
@@ -48,6 +51,7 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
         "store": str(store),
         "scenarios": [],
         "unfit": "",
+        "kinds": _kinds(),
     }
     if document is None:
         for name, file in stock_files("scenario").items():
@@ -68,6 +72,20 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
     except BenchFault as fault:
         found["unfit"] = str(fault)
     return found
+
+
+def _kinds() -> dict[str, dict[str, Any]]:
+    """Return what is judged in each kind of phase: its friction, and the measurements that are taken from it.
+
+    What is taken from the motion of the whole run is no step's: where friction passed a limit, an exceedance says it.
+    """
+    return {
+        kind: {
+            "is_watched": RunPhase(0, kind, kind, use_of(kind)).is_watched,
+            "measured": [one.id for one in measurement_kinds().values() if kind in one.phases],
+        }
+        for kind in phase_kinds()
+    }
 
 
 def main() -> int:

@@ -125,6 +125,7 @@ def test_two_runs_are_compared_step_by_step(view):
     ramps = next(row for row in steps if row.startswith("slow ramps"))
     assert "✓ within limits" in ramps
     assert "0.26 N·m" in ramps
+    assert all("✓" not in row for row in steps if row.startswith(("home", "bridge off", "teardown")))
     stiction = next(row for row in view.rows("compared") if "✗ fail" in row)
     assert "✓ pass" in stiction
     assert view.text("codes") == "A: none · B: P2119"

@@ -3,6 +3,7 @@
 import { draw } from "./chart.js";
 import { element, limitText, showTroubles } from "./parts.js";
 import { readTable, thinned, valueAt } from "./signals.js";
+import { stepResult } from "./steps.js";
 import { clock, DEGREES, inDegrees, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
@@ -48,6 +49,7 @@ function connect() {
     showTroubles(about);
     showChoices();
     showExplaining();
+    showResults();
     if (was && !isTesting()) for (const which of RUNS) if (!signals[which]) loadSignals(which);
   };
   socket.onclose = (event) => {
@@ -104,17 +106,6 @@ async function choose(which, run) {
 
 // ---------------------------------------------------------------- steps and measurements
 
-function stepResult(result, phase) {
-  if (phase.end_s === null) return [`■ ${say("step_broken")}`, "inconclusive"];
-  const above = result.exceedances.filter((one) => one.phase === phase.id);
-  if (above.length) {
-    const worst = above.reduce((one, other) => (other.peak / other.limit > one.peak / one.limit ? other : one));
-    return [`✗ ${say("step_fail", { count: above.length, peak: shown(worst.peak, "N·m"), limit: shown(worst.limit, "N·m") })}`, "fail"];
-  }
-  const isJudged = result.bench.outcome === "ok" && ["pass", "fail"].includes(result.unit.verdict);
-  return isJudged ? [`✓ ${say("step_pass")}`, "pass"] : [say("step_done"), ""];
-}
-
 const verdictCell = (one) => (one?.verdict ? [`${{ pass: "✓", fail: "✗" }[one.verdict] ?? "?"} ${say(`verdict_${one.verdict}`)}`, one.verdict] : "");
 
 function showResults() {
@@ -124,7 +115,7 @@ function showResults() {
   const cells = (result, id) => {
     const phase = result?.phases.find((one) => one.id === id);
     if (!phase) return ["–", "–"];
-    return [`${number(phase.start_s, 4)} … ${phase.end_s === null ? "" : number(phase.end_s, 4)} s`, stepResult(result, phase)];
+    return [`${number(phase.start_s, 4)} … ${phase.end_s === null ? "" : number(phase.end_s, 4)} s`, stepResult(result, phase, about?.bench.kinds)];
   };
   fill("steps", stepsHead, ids.map((id) => [sayOr(`phase ${id}`, id.replaceAll("_", " ")), ...cells(a, id), ...(two ? cells(b, id) : [])]));
   const codes = (result) => (!result.unit_diagnostics?.codes_after ? say("codes_not_read") : result.unit_diagnostics.codes_after.map((one) => one.code).join(", ") || say("codes_none"));
