@@ -77,6 +77,7 @@ def serve(settings: Settings) -> None:
         log_level="warning",
         access_log=False,
         server_header=False,
+        proxy_headers=False,  # any client can write X-Forwarded-For: limits count the address that it comes from
         ws="websockets-sansio",
         ws_max_size=1024,
         timeout_graceful_shutdown=1,

@@ -163,7 +163,9 @@ def test_a_password_is_asked_for_and_may_not_be_guessed(alone, tmp_path):
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
     assert page.ask("GET", "/", cookie=cookie.split(";")[0])[0] == 200
-    tries = [page.ask("POST", "/api/login", {"password": f"guess {k}"})[0] for k in range(6)]
+    tries = [
+        page.ask("POST", "/api/login", {"password": f"guess {k}"}, X_Forwarded_For=f"192.0.2.{k}")[0] for k in range(6)
+    ]
     assert tries == [401, 401, 401, 401, 429, 429]
     assert page.ask("POST", "/api/logout", {}, cookie.split(";")[0])[0] == 200
     assert page.ask("GET", "/", cookie=cookie.split(";")[0])[0] == 303
