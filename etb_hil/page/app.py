@@ -141,7 +141,7 @@ class Page:
     def _remember(self, response: Response, request: Request) -> None:
         response.set_cookie(
             self._cookie,
-            self._visitors.let_in().token,
+            self._visitors.let_in(self.live.holder.visitor).token,
             httponly=True,
             samesite="strict",
             secure=request.url.scheme == "https",

@@ -34,13 +34,19 @@ class Visitors:
         self._now = now
         self._by_token: OrderedDict[str, Visitor] = OrderedDict()
 
-    def let_in(self) -> Visitor:
-        """Begin a session."""
+    def let_in(self, holder: Visitor | None = None) -> Visitor:
+        """Begin a session.
+
+        Where there are too many, the one that was used least recently ends: none with an open page, nor the `holder` of
+        the bench.
+        """
         now_s = self._now()
         for token in [one.token for one in self._by_token.values() if self._is_over(one)]:
             del self._by_token[token]
-        while len(self._by_token) >= MOST_SESSIONS:
-            self._by_token.popitem(last=False)
+        if len(self._by_token) >= MOST_SESSIONS:
+            idle = (one for one in self._by_token.values() if not one.pages and one is not holder)
+            if (oldest := min(idle, key=lambda one: one.asked_s, default=None)) is not None:
+                del self._by_token[oldest.token]
         visitor = Visitor(secrets.token_urlsafe(32), now_s, now_s)
         self._by_token[visitor.token] = visitor
         return visitor

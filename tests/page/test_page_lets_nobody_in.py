@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from etb_hil.page.password import Password, set_password
-from etb_hil.page.visitors import AWAY_S, IDLE_S, LONGEST_S, Holder, Rate, Visitors
+from etb_hil.page.visitors import AWAY_S, IDLE_S, LONGEST_S, MOST_SESSIONS, Holder, Rate, Visitors
 
 
 @pytest.fixture
@@ -197,6 +197,18 @@ def test_sessions_end_and_the_bench_may_be_taken_from_who_is_away():
     assert visitors.find(second.token) is second
     now[0] = LONGEST_S + 1.0
     assert visitors.is_over(second)
+
+
+def test_too_many_sessions_end_the_idle_ones_alone():
+    now = [0.0]
+    visitors = Visitors(lambda: now[0])
+    watching, holding, used, idle = (visitors.let_in() for _ in range(4))
+    watching.pages = 1
+    for _ in range(2 * MOST_SESSIONS):
+        now[0] += 0.1
+        visitors.find(used.token)
+        visitors.let_in(holding)
+    assert [visitors.is_over(one) for one in (watching, holding, used, idle)] == [False, False, False, True]
 
 
 def test_a_rate_counts_each_key_alone_and_forgets():
