@@ -15,6 +15,7 @@ from typing import Any
 import uvicorn
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import ExitCode
 from etb_hil.page.app import Page
 from etb_hil.page.channel import Channel
 from etb_hil.page.guard import known_names
@@ -96,9 +97,19 @@ def _survey(settings: Settings) -> dict[str, Any]:
     command += ["--bench", settings.bench] if settings.bench else []
     command += ["--station", str(settings.station)] if settings.station else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 (our own program)
-    if done.returncode:
-        raise InputError(done.stderr.strip() or "the bench could not be looked at")
-    found: dict[str, Any] = json.loads(done.stdout)
+    said = done.stderr.strip()
+    if done.returncode == ExitCode.BAD_INPUT:
+        raise InputError(said)
+    why = (said.rpartition("\n")[2] or f"exit code {done.returncode}") if done.returncode else ""
+    try:
+        found: dict[str, Any] = {} if why else json.loads(done.stdout)
+    except ValueError as error:
+        why = str(error)
+    if why:
+        remedy = "correct the bench's files and plug-ins, then repeat"
+        raise InputError(Problem(f"the bench cannot be surveyed: {why}", remedy=remedy))
+    if said:
+        print(said, file=sys.stderr)  # noqa: T201 (what plug-ins print)
     return found
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
@@ -90,16 +91,20 @@ def _kinds() -> dict[str, dict[str, Any]]:
 
 def main() -> int:
     """Print the survey as JSON, or what is wrong with the files."""
+    # The answer alone goes to standard output; what plug-ins print goes to standard error, also at their end.
+    answer = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
     parser = argparse.ArgumentParser()
     parser.add_argument("--bench")
     parser.add_argument("--station", type=Path)
     parser.add_argument("--sessions", type=Path, required=True)
     given = parser.parse_args()
-    try:
-        print(json.dumps(survey(given.bench, given.station, given.sessions)))  # noqa: T201 (its answer)
-    except InputError as error:
-        print(error, file=sys.stderr)  # noqa: T201
-        return 2
+    with answer:
+        try:
+            json.dump(survey(given.bench, given.station, given.sessions), answer)
+        except InputError as error:
+            print(error, file=sys.stderr)  # noqa: T201
+            return 2
     return 0
 
 
