@@ -1,7 +1,7 @@
 // The operator page: what the server tells is shown, what the operator does is asked of the server.
 
 import { draw } from "./chart.js";
-import { element, limitText, showTroubles } from "./parts.js";
+import { element, limitText, showTroubles, takes } from "./parts.js";
 import { CODE, listen } from "./scanner.js";
 import { DEGREES, inDegrees, clock, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
@@ -383,10 +383,11 @@ async function showHistory() {
 function showPart() {
   const serial = $("serial").value.trim(), bench = about.bench;
   if (!bench.station) { $("part").textContent = ""; return; }
-  const part = bench.parts.find((one) => { try { return new RegExp(`^(?:${one.serial})$`).test(serial); } catch { return false; } });
+  const found = bench.parts.map((one) => takes(one.serial, serial)), part = bench.parts[found.indexOf(true)];
   if (serial && serial === bench.golden) $("part").textContent = say("golden");
   else if (part) $("part").textContent = say("is_part", { part: `${part.number} ${part.revision}`, scenario: part.scenario });
-  else $("part").textContent = serial ? say("no_part") : bench.parts.map((one) => `${one.number} ${one.revision}`).join(", ");
+  else if (serial) $("part").textContent = found.includes(null) ? "" : say("no_part");
+  else $("part").textContent = bench.parts.map((one) => `${one.number} ${one.revision}`).join(", ");
 }
 
 async function start() {

@@ -1,4 +1,4 @@
-// What both pages are made of: elements, limits of measurements, and what the page's server fails at.
+// What both pages are made of: elements, limits of measurements, patterns of serial numbers, and what the page's server fails at.
 
 import { say, shown } from "./words.js";
 
@@ -12,6 +12,19 @@ export function element(name, text = "", classes = "") {
 export function limitText({ limit_low: low, limit_high: high, unit }) {
   if (low !== null && high !== null) return `${shown(low, unit)} … ${shown(high, unit)}`;
   return low !== null ? `≥ ${shown(low, unit)}` : high !== null ? `≤ ${shown(high, unit)}` : "";
+}
+
+// Return whether a part's pattern of serial numbers takes one: null where only the server knows.
+// The pattern is Python's. With the flag u, JavaScript refuses what it would read in another way; an escaped sign is
+// written as its code, because it would refuse that, too. Letters and digits of other scripts are Python's to judge.
+export function takes(pattern, serial) {
+  if (!/^[ -~]*$/.test(serial)) return null;
+  const same = pattern.replace(/\\([^A-Za-z0-9])/gu, (_, sign) => `\\u{${sign.codePointAt(0).toString(16)}}`);
+  try {
+    return new RegExp(`^(?:${same})$`, "u").test(serial);
+  } catch {
+    return null;
+  }
 }
 
 export function showTroubles({ troubles }) {
