@@ -26,6 +26,8 @@ def set_password(path: Path, password: str) -> None:
 
     InputError where the password is too short.
     """
+    if password != password.encode(errors="replace").decode():
+        raise InputError(Problem("the password must be text in UTF-8", remedy="type another one"))
     if len(password) < FEWEST:
         raise InputError(Problem("the password is too short", value=len(password), allowed=f"{FEWEST} letters or more"))
     salt = os.urandom(16)
@@ -61,4 +63,6 @@ class Password:
 
 
 def _hash(password: str, salt: bytes) -> bytes:
-    return hashlib.scrypt(password.encode(), salt=salt, n=_N, r=_R, p=_P, maxmem=_MEMORY, dklen=32)
+    # JSON can carry half a surrogate pair, which no password has: it is hashed as it is, and fits none.
+    given = password.encode(errors="surrogatepass")
+    return hashlib.scrypt(given, salt=salt, n=_N, r=_R, p=_P, maxmem=_MEMORY, dklen=32)

@@ -56,6 +56,14 @@ def test_a_password_file_that_others_can_read_is_refused(tmp_path):
         Password(path)
 
 
+def test_half_a_surrogate_pair_is_no_password(tmp_path):
+    path = tmp_path / "password"
+    with pytest.raises(InputError, match="must be text in UTF-8"):
+        set_password(path, "\ud800 correct horse")
+    set_password(path, "correct horse battery")
+    assert not Password(path).fits("\ud800 correct horse")
+
+
 def test_a_short_password_is_refused(tmp_path):
     with pytest.raises(InputError, match="too short"):
         set_password(tmp_path / "password", "short")
