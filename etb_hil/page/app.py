@@ -24,6 +24,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.files import write_bytes
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.page.guard import Guard
+from etb_hil.page.session_files import TestRuns
 from etb_hil.page.visitors import Rate, Visitor, Visitors
 from etb_hil.replays.progress import read_progress
 from etb_hil.scenario.kinds.prompt import LONGEST_TEXT
@@ -280,10 +281,11 @@ class Page:
         run_id, kind = request.path_params["run_id"], request.path_params["kind"]
         if kind == "blf":
             path = self._files.raw(run_id)
-        elif self.live.is_testing:
-            return _refused(409, "running_now")
         else:
-            path = await self._files.exported(run_id, kind)
+            try:
+                path = await self._files.exported(run_id, kind, lambda: self.live.is_testing)
+            except TestRuns:
+                return _refused(409, "running_now")
         return _refused(404, "no_data") if path is None else FileResponse(path, filename=f"{run_id}.{kind}")
 
     def _file(self, find: Callable[[str], Path | None], policy: str = "") -> Callable[[Request], Awaitable[Response]]:

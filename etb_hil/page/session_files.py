@@ -9,6 +9,7 @@ import asyncio
 import re
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from etb_hil.report.html_report import REPORT_NAME
@@ -22,6 +23,10 @@ GIVES_WAY = ("nice",)  # to the bench; not to whatever else the machine does, si
 _RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
 
 
+class TestRuns(Exception):
+    """A file cannot be made now: a test is under way, and the bench comes first."""
+
+
 class SessionFiles:
     """The files of the sessions in a folder.
 
@@ -32,6 +37,7 @@ class SessionFiles:
         self._sessions = sessions
         self._exported = exported
         self._exports = asyncio.Lock()
+        self._made: dict[Path, dict[str, tuple[int, int]]] = {}  # what each exported file was made of
         shutil.rmtree(exported, ignore_errors=True)
         exported.mkdir(mode=0o700)
 
@@ -56,28 +62,39 @@ class SessionFiles:
         """Return the raw frames of a run as BLF; None where there are none."""
         return self._file(run_id, RAW_LOG)
 
-    async def exported(self, run_id: str, kind: str) -> Path | None:
-        """Return a run's file of a kind of `MADE`, made by `etb-hil export`.
+    async def exported(self, run_id: str, kind: str, is_testing: Callable[[], bool]) -> Path | None:
+        """Return a run's file of a kind of `MADE`, made by `etb-hil export` unless the latest one is of the same data.
 
-        None where the run has no such data.
+        None where the run has no such data. TestRuns where the file must be made, and a test is under way.
         """
         folder = self.folder(run_id)
         if folder is None or kind not in MADE:
             return None
         path = self._exported / f"{run_id}.{kind}"
         async with self._exports:  # one at a time: the bench comes first
-            if path.is_file():
+            data = _state_of(folder)
+            if path.is_file() and self._made.get(path) == data:
                 return path
+            if is_testing():
+                raise TestRuns
             for old in sorted(self._exported.iterdir(), key=lambda one: one.stat().st_mtime)[: 1 - MOST_KEPT]:
                 old.unlink()
+                self._made.pop(old, None)
             command = [*GIVES_WAY, sys.executable, "-P", "-m", "etb_hil", "export", str(folder), str(path)]
             quiet = asyncio.subprocess.DEVNULL
             process = await asyncio.create_subprocess_exec(*command, stdin=quiet, stdout=quiet, stderr=quiet)
             if await process.wait():
                 path.unlink(missing_ok=True)
                 return None
+            self._made[path] = data
         return path
 
     def _file(self, run_id: str, name: str) -> Path | None:
         folder = self.folder(run_id)
         return folder / name if folder is not None and (folder / name).is_file() else None
+
+
+def _state_of(folder: Path) -> dict[str, tuple[int, int]]:
+    """Return modification time and size of each file of a session: a run in a terminal may still write them."""
+    states = {one.name: one.stat() for one in folder.iterdir() if one.is_file()}
+    return {name: (state.st_mtime_ns, state.st_size) for name, state in states.items()}
