@@ -33,18 +33,20 @@ class Past:
     sessions: Path
     store: StoreAddress
     bench: str
+    golden: str = ""  # the serial number of the station's golden unit, which checks the bench
 
     def recent(self) -> dict[str, Any]:
         """Return the last `LAST` finished runs, newest first, and their yield.
 
         The yield is how many of the units were judged, and how.
 
-        A unit that was run several times counts by its last run that judged it.
+        A unit that was run several times counts by its last run that judged it. The golden unit does not count.
         """
         runs = [self._shown(run) for run in self._latest(LAST, measured=())]
         judged: dict[str, str] = {}
         for run in runs:
-            if run["outcome"] == BenchOutcome.OK and run["verdict"] is not None:
+            is_golden = bool(self.golden) and run["serial"] == self.golden
+            if run["outcome"] == BenchOutcome.OK and run["verdict"] is not None and not is_golden:
                 judged.setdefault(run["serial"] or run["run_id"], run["verdict"])
         passed = sum(verdict == "pass" for verdict in judged.values())
         return {"runs": runs, "judged": len(judged), "passed": passed}

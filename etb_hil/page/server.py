@@ -63,7 +63,7 @@ def serve(settings: Settings) -> None:
     port = listener.getsockname()[1]
     live = Live(
         channel,
-        Past(settings.sessions, store_address(surveyed["store"]), surveyed["bench"]),
+        Past(settings.sessions, store_address(surveyed["store"]), surveyed["bench"], surveyed.get("golden", "")),
         surveyed,
         settings.base,
         lambda: _survey(settings),

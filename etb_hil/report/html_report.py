@@ -16,7 +16,8 @@ from markupsafe import Markup, escape
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.files import write_text
-from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.diagnosis.exceedance import KINDS
 from etb_hil.report import condition_plots, plots, show
 from etb_hil.report.grades import bus_facts, timing_facts
 from etb_hil.report.page_template import ours, render
@@ -79,7 +80,12 @@ def write_report(
             if chart is not None:
                 save_png(figure_of(chart), folder / f"{name}.png")
     page = render_page(
-        results, drawn, _input_texts(results, folder / "inputs"), next_step, tuple(_photos(results, folder))
+        results,
+        drawn,
+        _input_texts(results, folder / "inputs"),
+        next_step,
+        tuple(_photos(results, folder)),
+        has_friction=bool(len(series.point_velocity) or len(series.curve_velocity)),
     )
     return write_text(folder / REPORT_NAME, page)
 
@@ -90,15 +96,19 @@ def render_page(
     texts: Mapping[str, str],
     next_step: str = "",
     photos: tuple[tuple[str, str], ...] = (),
+    *,
+    has_friction: bool = True,
 ) -> str:
     """Return the page.
 
     `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold.
 
-    `photos` are pairs of a prompt's text and a photo as a data URL.
+    `photos` are pairs of a prompt's text and a photo as a data URL. `has_friction`: friction torque was estimated.
     """
     verdict = verdict_of(results, next_step)
     says = results.unit_diagnostics
+    read = "before" if says is not None and says.codes_after is None else "after"
+    told = () if says is None else (says.codes_before if says.codes_after is None else says.codes_after) or ()
     at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
     numbers = sorted((one for one in results.measurements.values() if one not in at_rates), key=_how_urgent)
     made_by = [*results.versions.items(), *((f"plug-in {one.name}", one.version) for one in results.plugins)]
@@ -119,8 +129,10 @@ def render_page(
         unit_facts=[] if says is None else [(name, _sentence(text)) for name, text in facts(says)],
         codes=[
             (code.code, _sentence(code.text or "not a code of a throttle body"), _sentence(measured_for(code, results)))
-            for code in (says and (says.codes_after or says.codes_before)) or ()
-        ][:_MOST_CODES],
+            for code in told[:_MOST_CODES]
+        ],
+        codes_read=read,
+        of_codes=len(told),
         numbers=numbers[:_MOST_NUMBERS],
         of_numbers=len(numbers),
         at_rates=at_rates[:_MOST_RATES],
@@ -129,6 +141,7 @@ def render_page(
         prompts=results.prompts[:_MOST_PROMPTS],
         photos=[(text, ours(photo)) for text, photo in photos],
         exceedances=_highest(results.exceedances),
+        no_exceedance=_no_exceedance(results, has_friction=has_friction),
         messages=results.bus.messages[:_MOST_MESSAGES],
         inputs=results.inputs[:_MOST_INPUTS],
         run_id=_sentence(results.run_id[:90]),
@@ -189,6 +202,17 @@ def _sentence(text: str) -> Markup:
 def _highest(exceedances: tuple[Exceedance, ...]) -> list[Exceedance]:
     highest = sorted(exceedances, key=lambda e: abs(e.peak) - e.limit, reverse=True)[:_MOST_EXCEEDANCES]
     return sorted(highest, key=lambda e: e.start_s)
+
+
+def _no_exceedance(results: RunResult, *, has_friction: bool) -> str:
+    """Return what it means that a run has no exceedance."""
+    if results.bench.outcome is not BenchOutcome.OK:
+        return "None was seen, but the run was not finished. It does not show that friction keeps its limits."
+    if not has_friction:
+        return "Not judged: no friction torque was estimated in this run."
+    if all(one is None or one.limit_high is None for one in map(results.measurements.get, KINDS)):
+        return "Not judged: no limit of friction torque applies to this run."
+    return "None: clear of the stops, in the phases that are judged, the estimated friction never passed a limit."
 
 
 def _id(one: Measurement) -> Markup:

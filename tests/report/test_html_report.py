@@ -14,6 +14,7 @@ from etb_hil.report.html_report import render_page, write_report
 from etb_hil.report.series import ReportSeries
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, Bus, Exceedance, InputFile, MessageStatistics, Phase, Unit
+from etb_hil.results.unit_diagnostics import TroubleCode, UnitDiagnostics
 
 chromium = pytest.mark.skipif(browser.EXECUTABLE is None, reason="no Chromium on this machine")
 
@@ -142,9 +143,54 @@ def test_hostile_names_are_text(tmp_path):
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", page)
 
 
+PLOTS = dict.fromkeys(("friction_over_speed", "friction_over_angle", "time_traces"), "<svg></svg>")
+NO_LIMIT = Measurements([Measurement("T_st", "break-away friction", 0.17, "N·m")])
+
+
+@pytest.mark.parametrize(
+    ("changes", "has_friction", "said"),
+    [
+        ({}, True, "the estimated friction never passed a limit"),
+        ({"bench": Bench(BenchOutcome.ABORTED)}, True, "the run was not finished"),
+        ({"bench": Bench(BenchOutcome.FAULT)}, True, "the run was not finished"),
+        ({}, False, "no friction torque was estimated in this run"),
+        ({"measurements": NO_LIMIT}, True, "no limit of friction torque applies to this run"),
+    ],
+)
+def test_a_run_without_exceedances_says_what_that_means(changes, has_friction, said):
+    page = render_page(sample_run.results(**changes), PLOTS, {}, has_friction=has_friction)
+    assert said in page
+    assert ("never passed a limit" in page) is (said == "the estimated friction never passed a limit")
+
+
+def code(number):
+    return TroubleCode(f"P{number}", 0, 1)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "shown", "note"),
+    [
+        ((code(2119),), (), [], ""),
+        ((code(2119),), None, ["P2119"], "Trouble codes read before the run."),
+        ((code(2119),), (code(2135),), ["P2135"], "Trouble codes read after the run."),
+        (
+            None,
+            tuple(code(2100 + k) for k in range(11)),
+            [f"P{2100 + k}" for k in range(8)],
+            "Trouble codes read after the run: the first 8 of 11; all of them are in results.json.",
+        ),
+    ],
+)
+def test_trouble_codes_say_when_they_were_read_and_how_many_there_are(before, after, shown, note):
+    says = UnitDiagnostics(codes_before=before, codes_after=after)
+    page = render_page(sample_run.results(unit_diagnostics=says), PLOTS, {})
+    assert re.findall(r'<td class="code">(\w+)</td>', page) == shown
+    assert note in page
+    assert ("Trouble codes read" in page) is bool(note)
+
+
 def test_values_limits_and_grades_are_there():
-    plots = dict.fromkeys(("friction_over_speed", "friction_over_angle", "time_traces"), "<svg></svg>")
-    page = render_page(sample_run.results(0.567), plots, {})
+    page = render_page(sample_run.results(0.567), PLOTS, {})
     text = re.sub(r"(<[^>]*>|\s)+", " ", page.replace("<wbr>", ""))
     for expected in (
         "break-away friction T_st 0.567 N·m 0.563 to 0.571 at most 0.250 fail",
