@@ -152,3 +152,129 @@ def test_error_frames_that_python_can_passes_over_are_kept(tmp_path):
     assert frames.channel.tolist() == [1, 1, 2]
     assert frames.length.tolist() == [0, 8, 0]
     assert (frames.stamp_ns - frames.stamp_ns[0]).tolist() == [0, 10, 20]
+
+
+def small(ident, data, *, announced=None):
+    """A CAN_MESSAGE with no more bytes of payload than it has to have."""
+    return struct.pack("<HBBL", 2, 0, len(data) if announced is None else announced, ident) + data
+
+
+def read(path, content, **options):
+    write(path, content, **options)
+    reader = read_blf(path)
+    return concatenate_frames(reader), reader.notes
+
+
+@pytest.mark.parametrize("many", [False, True])
+@pytest.mark.parametrize("kind", [CAN_MESSAGE, CAN_FD, CAN_ERROR_EXT])
+def test_a_payload_that_fills_less_than_its_column_is_read_as_python_can_reads_it(tmp_path, kind, many):
+    body = {CAN_MESSAGE: small(0x124, b"1234"), CAN_FD: fd(0x124, b"12345678")[:28], CAN_ERROR_EXT: error_ext(4, b"12")}
+    short = body[kind][:30] if kind == CAN_ERROR_EXT else body[kind]
+    content = objects(kind, 10, short) * 3 if many else objects(kind, 10, short)
+    content += b"" if many else objects(CAN_MESSAGE, 20, message(0x125, b"12345678"))
+    content += objects(APP_TEXT, 0, bytes(80))  # python-can reads no frame so near to the end of a container
+    frames, notes = read(tmp_path / "short.blf", content)
+    assert notes == []
+    with can.BLFReader(tmp_path / "short.blf") as peer:
+        theirs = from_messages(peer)
+    assert len(frames) == len(theirs) == (3 if many else 2)
+    for column in ("ident", "flags", "length", "data", "channel"):
+        np.testing.assert_array_equal(getattr(frames, column), getattr(theirs, column), err_msg=column)
+
+
+SHORT_OF_PAYLOAD = [
+    (CAN_MESSAGE, small(0x124, b"1234", announced=8)),
+    (CAN_MESSAGE2, small(0x124, b"", announced=1)),
+    (CAN_FD, fd(0x124, b"1" * 64)[:40]),
+    (CAN_FD, struct.pack("<HBBLLBBB5x64s", 1, 0, 15, 0x124, 0, 0, 1, 65, b"1" * 64)),
+    (CAN_FD_64, struct.pack("<BBBBLLL16xHBBL", 3, 15, 65, 0, 0x124, 0, 0x1000, 0, 0, 0, 0) + b"1" * 65),
+    (CAN_ERROR_EXT, error_ext(4, b"12345678")[:30]),
+]
+
+
+@pytest.mark.parametrize(("kind", "body"), SHORT_OF_PAYLOAD)
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_payload_shorter_than_announced_is_left_out_and_counted(tmp_path, kind, body, version):
+    good = objects(CAN_MESSAGE, 20, message(0x125, b"12345678"))
+    bad = objects(kind, 10, body, version=version)
+    frames, notes = read(tmp_path / "short.blf", good + bad + good + bad)
+    assert frames.ident.tolist() == [0x125] * 2
+    assert frames.data[:, 0].tolist() == [ord("1")] * 2
+    what = "2 frames were left out: they announce more payload than their objects have"
+    assert notes == [f"{tmp_path / 'short.blf'}: after frame 0: {what}"]
+    frames, notes = read(tmp_path / "alone.blf", bad * 3)
+    assert len(frames) == 0
+    assert "3 frames were left out" in notes[0]
+
+
+def test_a_payload_that_the_tool_cut_off_is_read_as_vectors_tools_read_it_and_said(tmp_path):
+    """CANoe shows zeros for them (python-can's issue 1905)."""
+    content = objects(CAN_MESSAGE, 20, message(0x125, b"12345678"))
+    content += objects(CAN_FD_64, 10, fd_64(0x124, b"1" * 64)[: 40 + 48])
+    frames, notes = read(tmp_path / "cut.blf", content)
+    assert frames.length.tolist() == [8, 64]
+    assert bytes(frames.data[1]) == b"1" * 48 + bytes(16)
+    assert len(notes) == 1
+    assert "1 CAN FD frames announce more payload than their objects have; zeros stand for the rest" in notes[0]
+
+
+def test_a_payload_never_reaches_into_the_next_object(tmp_path):
+    body = bytearray(fd_64(0x124, b"1" * 64)[: 40 + 48])
+    body[35] = 255  # where the appended block starts: behind the object
+    content = objects(CAN_FD_64, 10, bytes(body)) + objects(CAN_MESSAGE, 20, message(0x125, b"12345678"))
+    frames, notes = read(tmp_path / "offset.blf", content)
+    assert bytes(frames.data[0]) == b"1" * 48 + bytes(16)
+    assert "zeros stand for the rest" in notes[0]
+
+
+def version_3(content):
+    return content.replace(b"LOBJ\x20\x00\x01\x00", b"LOBJ\x20\x00\x03\x00")
+
+
+UNDECODED = [
+    version_3(objects(CAN_MESSAGE, 10, message(0x124, b"12345678"))),
+    version_3(objects(CAN_FD_64, 10, fd_64(0x124, b"12345678"))),
+    version_3(objects(CAN_ERROR, 10, struct.pack("<HH4x", 2, 6))),
+    objects(CAN_FD_64, 10, fd_64(0x124, b"12345678")[:36]),
+    objects(CAN_MESSAGE, 10, small(0x124, b"")[:4]),
+    objects(CAN_ERROR, 10, b""),
+]
+
+
+@pytest.mark.parametrize("bad", UNDECODED)
+def test_frames_in_objects_that_cannot_be_decoded_are_counted(tmp_path, bad):
+    good = objects(CAN_MESSAGE, 20, message(0x125, b"12345678")) + objects(APP_TEXT, 0, bytes(20))
+    frames, notes = read(tmp_path / "odd.blf", good + bad + good + bad)
+    assert frames.ident.tolist() == [0x125] * 2
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{tmp_path / 'odd.blf'}: after frame 0: 2 frames were left out: their objects are too")
+    frames, notes = read(tmp_path / "alone.blf", bad * 3)
+    assert len(frames) == 0
+    assert "3 frames were left out" in notes[0]
+
+
+def test_objects_of_other_kinds_are_no_frames_in_any_version_of_the_header(tmp_path):
+    content = version_3(objects(APP_TEXT, 0, bytes(20)))
+    frames, notes = read(tmp_path / "text.blf", content * 3)
+    assert len(frames) == 0
+    assert notes == []
+
+
+def test_a_frame_outside_of_a_container_is_said(tmp_path):
+    path = tmp_path / "outside.blf"
+    write(path, objects(CAN_MESSAGE, 20, message(0x125, b"12345678")))
+    size = path.stat().st_size
+    path.write_bytes(path.read_bytes() + objects(CAN_MESSAGE, 30, message(0x126, b"12345678")))
+    reader = read_blf(path)
+    assert concatenate_frames(reader).ident.tolist() == [0x125]
+    assert reader.notes == [f"{path}: after frame 0 at byte {size}: a frame outside of a container was left out"]
+
+
+@pytest.mark.parametrize("cut", [16, 20, 31])
+def test_a_file_that_ends_in_the_header_of_a_container_is_known_to_be_cut(tmp_path, cut):
+    path = tmp_path / "cut.blf"
+    write(path, objects(CAN_MESSAGE, 20, message(0x125, b"12345678")))
+    path.write_bytes(path.read_bytes()[: 144 + cut])
+    reader = read_blf(path)
+    assert len(concatenate_frames(reader)) == 0
+    assert "the last container is cut off" in reader.notes[0]

@@ -20,7 +20,7 @@ from etb_hil.base.errors import BenchFault, InputError, Place, Problem, Recordin
 from etb_hil.base.userfile import open_file
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs.blf_chain import MAX_PADDING, SIGNATURE, find_objects
-from etb_hil.canio.logs.blf_objects import MARGIN, NEVER, pack, unpack
+from etb_hil.canio.logs.blf_objects import FRAME_KINDS, MARGIN, NEVER, pack, unpack
 from etb_hil.canio.logs.inflate import MOST_BYTES, inflate
 from etb_hil.canio.logs.notes import Notes
 
@@ -199,11 +199,13 @@ class BlfReader:
                 if kind == _CONTAINER_TYPE and not is_read:
                     self._note(position, f"a container of {size} bytes was left out")
                     yield None
+                if kind in FRAME_KINDS:
+                    self._note(position, "a frame outside of a container was left out")
                 body = file.read(size - _OBJECT.size) if is_read else b""
+                cut = is_read and len(body) < size - _OBJECT.size
+                if cut:
+                    self._note(position, "the last container is cut off; what it still holds was read")
                 if len(body) >= _CONTAINER.size:
-                    cut = len(body) < size - _OBJECT.size
-                    if cut:
-                        self._note(position, "the last container is cut off; what it still holds was read")
                     yield self._inflate(body, position, cut=cut)
                 position += size + size % 4
 
@@ -245,9 +247,9 @@ class BlfReader:
         data = b"".join([*parts, bytes(MARGIN)])
         length = len(data) - MARGIN
         objects = find_objects(data, length, lambda text: self._note(None, text))
-        frames, far = unpack(np.frombuffer(data, np.uint8), objects, self.start_ns)
-        if far:
-            self._note(None, f"{far} frames on channels above 255 were left out")
+        frames, counts = unpack(np.frombuffer(data, np.uint8), objects, self.start_ns)
+        for what, count in counts.items():
+            self._note(None, f"{count} {what}")
         if (never := frames.stamp_ns == NEVER).any():
             frames = frames.select(~never)
             self._note(None, f"{np.count_nonzero(never)} frames stamped after the year 2255 were left out")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.uint8]
     Offsets = NDArray[np.int64]
     Rows = slice | NDArray[np.intp]
+    Odd = tuple[str, NDArray[np.intp]]  # what is said of some rows
 
 CAN_MESSAGE, CAN_MESSAGE2, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64 = 1, 86, 100, 101
 CAN_ERROR, CAN_ERROR_EXT, CAN_FD_ERROR_64 = 2, 73, 104
@@ -78,9 +79,19 @@ _BODIES = {
     CAN_ERROR: _OLD_ERROR,
     CAN_FD_ERROR_64: _ERROR_64,
 }
+FRAME_KINDS = frozenset(_BODIES)
+# Bytes of a body up to its payload, the least that an object may have: some tools write no more of a payload than the
+# frame has.
+_LEAST = {kind: (body.fields or {}).get("data", (0, body.itemsize))[1] for kind, body in _BODIES.items()}
 _WIDE = (CAN_FD_MESSAGE, CAN_FD_MESSAGE_64)
 _MAX_CHANNEL = 256  # as the objects count them, from 1
 MARGIN = _PAYLOAD.itemsize
+
+# What is said of frames, with their number in front.
+FAR = "frames on channels above 255 were left out"
+UNKNOWN = "frames were left out: their objects are too short, or the version of their header is neither 1 nor 2"
+DAMAGED = "frames were left out: they announce more payload than their objects have"
+PADDED = "CAN FD frames announce more payload than their objects have; zeros stand for the rest, as in Vector's tools"
 
 _SENT, _REMOTE = 0x01, 0x80  # flags of a message
 _EDL, _BRS, _ESI = 1, 2, 4  # fd_flags of CAN_FD_MESSAGE
@@ -132,22 +143,23 @@ def _objects(frames: FrameBlock, kind: int, start_ns: int) -> NDArray[np.void]:
     return objects
 
 
-def unpack(data: Bytes, objects: Objects, start_ns: int) -> tuple[FrameBlock, int]:
-    """Return the frames among objects in `data`; others are left out.
+def unpack(data: Bytes, objects: Objects, start_ns: int) -> tuple[FrameBlock, dict[str, int]]:
+    """Return the frames among objects in `data`, and what is said of how many.
 
     `data` ends `MARGIN` bytes behind the last object.
 
-    So are frames on channels that no column holds; the second result is how many.
+    Objects of other kinds are left out. So are frames that cannot be decoded or that no column holds: they are counted
+    under `FAR`, `UNKNOWN` or `DAMAGED`. Frames that are kept with zeros in their payload are counted under `PADDED`.
     """
     starts, step = objects.starts, objects.step
     head = _gather(data, starts, HEADER, step)
-    groups = _groups(head)
-    far: list[NDArray[np.intp]] = []
+    groups, unknown = _groups(head)
+    odd: list[Odd] = []
     wide = any(group.kind in _WIDE for group in groups)
     if len(groups) == 1 and groups[0].rows is None:  # views where gathering would copy
         frames = _frames(head, start_ns, wide=wide)
-        _fill(frames, slice(None), groups[0], head["size"], data, starts, step, far)
-        return _without(frames, far)
+        _fill(frames, slice(None), groups[0], head["size"], data, starts, step, odd)
+        return _without(frames, odd, unknown)
     place = None  # of each object among the frames
     if sum(len(group.rows) for group in groups) < len(starts):
         is_frame = np.zeros(len(starts), np.bool_)
@@ -157,17 +169,21 @@ def unpack(data: Bytes, objects: Objects, start_ns: int) -> tuple[FrameBlock, in
     frames = _frames(head, start_ns, wide=wide)
     for group in groups:
         rows = group.rows if place is None else place[group.rows]
-        _fill(frames, rows, group, head["size"].take(rows), data, starts.take(group.rows), 0, far)
-    return _without(frames, far)
+        _fill(frames, rows, group, head["size"].take(rows), data, starts.take(group.rows), 0, odd)
+    return _without(frames, odd, unknown)
 
 
-def _without(frames: FrameBlock, far: list[NDArray[np.intp]]) -> tuple[FrameBlock, int]:
-    """Return the frames but some rows, and how many those are."""
-    if not far:
-        return frames, 0
-    near = np.ones(len(frames), np.bool_)
-    near[np.concatenate(far)] = False
-    return frames.select(near), int(np.count_nonzero(~near))
+def _without(frames: FrameBlock, odd: list[Odd], unknown: int) -> tuple[FrameBlock, dict[str, int]]:
+    """Return the frames that are kept, and what is said of how many."""
+    counts = {UNKNOWN: unknown} if unknown else {}
+    if not odd:
+        return frames, counts
+    kept = np.ones(len(frames), np.bool_)
+    for what, rows in odd:
+        if len(rows):
+            counts[what] = counts.get(what, 0) + len(rows)
+        kept[rows] &= what == PADDED
+    return frames.select(kept), counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,24 +195,27 @@ class _Group:
     rows: Any  # NDArray[np.intp], or None where they are all objects that there are
 
 
-def _groups(head: NDArray[np.void]) -> list[_Group]:
-    """Return the objects that are whole frames."""
+def _groups(head: NDArray[np.void]) -> tuple[list[_Group], int]:
+    """Return the objects that are frames, and how many more cannot be decoded."""
     kind, version, size = head["type"], head["version"], head["size"]
     groups = []
     if len(head) and (kind == kind[0]).all() and (version == version[0]).all():
         body, head_bytes = _BODIES.get(int(kind[0])), _HEADER_BYTES.get(int(version[0]))
         if body is None or head_bytes is None:
-            return []
-        if int(size.min()) >= head_bytes + body.itemsize:
-            return [_Group(int(kind[0]), head_bytes, None)]
-    for number, body in _BODIES.items():
+            return [], 0 if body is None else len(head)
+        if int(size.min()) >= head_bytes + _LEAST[int(kind[0])]:
+            return [_Group(int(kind[0]), head_bytes, None)], 0
+    unknown = 0
+    for number, least in _LEAST.items():
         there = kind == number
         if there.any():
+            unknown += int(np.count_nonzero(there))
             for key, head_bytes in _HEADER_BYTES.items():
-                mask = there & (version == key) & (size >= head_bytes + body.itemsize)
-                if mask.any():
-                    groups.append(_Group(number, head_bytes, np.flatnonzero(mask)))
-    return groups
+                rows = np.flatnonzero(there & (version == key) & (size >= head_bytes + least))
+                if len(rows):
+                    groups.append(_Group(number, head_bytes, rows))
+                    unknown -= len(rows)
+    return groups, unknown
 
 
 def _frames(head: NDArray[np.void], start_ns: int, *, wide: bool) -> FrameBlock:
@@ -231,39 +250,31 @@ def _fill(
     data: Bytes,
     starts: Offsets,
     step: int,
-    far: list[NDArray[np.intp]],
+    odd: list[Odd],
 ) -> None:
     """Write the objects of a group into their rows of `frames`.
 
-    Those on channels beyond a column's go to `far`.
+    Rows that are not as announced go to `odd`, with what is said of them.
     """
     kind = group.kind
     body_at = starts + group.head_bytes
     body = _gather(data, body_at, _BODIES[kind], step)
-    far += _fill_channels(frames, rows, body["channel"])
+    odd += _fill_channels(frames, rows, body["channel"])
     if kind in (CAN_ERROR, CAN_FD_ERROR_64):
         frames.flags[rows], frames.ident[rows] = FrameFlag.ERROR, 0
         frames.length[rows], frames.data[rows] = 0, 0
         return
-    payload = _payload_behind(data, body, starts, body_at, size) if kind == CAN_FD_MESSAGE_64 else body["data"]
-    length = body["dlc"]
-    if kind == CAN_ERROR_EXT:
-        flags = np.full(len(body), FrameFlag.ERROR, np.uint8)
-    elif kind == CAN_FD_MESSAGE_64:
-        flags = _flags_of_fd_64(body)
-    elif kind == CAN_FD_MESSAGE:
-        flags = _flags_of_message(body) | _flags_of_fd(body)
-    else:
-        flags = _flags_of_message(body)
+    payload, room = _payload(group, data, body, body_at, size)
+    width, flags = payload.shape[1], _flags(kind, body)
     remote = (flags & FrameFlag.REMOTE) != 0
     has_remote = bool(remote.any())
-    if kind in _WIDE:
-        codes, length = length, body["valid"]
-        if has_remote:
-            length = np.where(remote, _LENGTH_OF_DLC[np.minimum(codes, 15)], length)
-    width = payload.shape[1]
-    length = np.minimum(length, width)
+    length = body["valid"] if kind in _WIDE else np.minimum(body["dlc"], width)
+    if kind in _WIDE and has_remote:
+        length = np.where(remote, _LENGTH_OF_DLC[np.minimum(body["dlc"], 15)], length)
     there = np.where(remote, 0, length) if has_remote else length
+    if int(there.max()) > np.min(room):
+        odd += _short_of_payload(kind, np.arange(len(frames))[rows], there, room)
+        length, there = np.minimum(length, width), np.minimum(there, width)
     shortest, longest = int(there.min()), int(there.max())
     if shortest < longest:
         payload = payload.copy()
@@ -282,7 +293,7 @@ def _fill(
     frames.ident[rows] = body["id"] & np.uint32(0x1FFFFFFF)
 
 
-def _fill_channels(frames: FrameBlock, rows: Rows, channel: NDArray[np.integer[Any]]) -> list[NDArray[np.intp]]:
+def _fill_channels(frames: FrameBlock, rows: Rows, channel: NDArray[np.integer[Any]]) -> list[Odd]:
     """Write the channels, which objects count from 1.
 
     Return the rows of those that do not fit, if there are any.
@@ -290,21 +301,41 @@ def _fill_channels(frames: FrameBlock, rows: Rows, channel: NDArray[np.integer[A
     frames.channel[rows] = np.maximum(channel, 1) - 1
     if channel.max(initial=0) <= _MAX_CHANNEL:
         return []
-    return [np.arange(len(frames))[rows][channel > _MAX_CHANNEL]]
+    return [(FAR, np.arange(len(frames))[rows][channel > _MAX_CHANNEL])]
 
 
-def _payload_behind(
-    data: Bytes, body: NDArray[np.void], starts: Offsets, body_at: Offsets, size: NDArray[np.uint32]
-) -> Bytes:
-    """Return the payload (n, 64) that follows a CAN_FD_MESSAGE_64.
+def _short_of_payload(
+    kind: int, rows: NDArray[np.intp], length: NDArray[np.integer[Any]], room: Offsets | int
+) -> list[Odd]:
+    """Return the rows whose payload is longer than the room for it."""
+    is_short = length > room
+    is_kept = (length <= _PAYLOAD.itemsize) & (kind == CAN_FD_MESSAGE_64)
+    return [(PADDED, rows[is_short & is_kept]), (DAMAGED, rows[is_short & ~is_kept])]
 
-    The payload is zero where the object ends before.
-    """
-    first = body_at + _FD_64.itemsize
-    end = starts + np.where(body["extension"] == 0, size, body["extension"])
-    payload = _gather(data, first, _PAYLOAD, 0)["data"]
-    clear_behind(payload, np.clip(end - first, 0, 64))
-    return payload
+
+def _payload(
+    group: _Group, data: Bytes, body: NDArray[np.void], body_at: Offsets, size: NDArray[np.uint32]
+) -> tuple[Bytes, Offsets | int]:
+    """Return the payload (n, 8 or 64), and how many bytes of it the objects have: one number, or (n)."""
+    least = group.head_bytes + _LEAST[group.kind]
+    if group.kind != CAN_FD_MESSAGE_64:
+        width = int(body["data"].shape[1])
+        return body["data"], width if int(size.min()) >= least + width else size.astype(np.int64) - least
+    # A block may follow, at an offset that the body announces.
+    end = np.where(body["extension"] == 0, size, np.minimum(body["extension"], size)).astype(np.int64)
+    room = np.clip(end - least, 0, _PAYLOAD.itemsize)
+    payload = _gather(data, body_at + _FD_64.itemsize, _PAYLOAD, 0)["data"]
+    clear_behind(payload, room)
+    return payload, room
+
+
+def _flags(kind: int, body: NDArray[np.void]) -> Bytes:
+    if kind == CAN_ERROR_EXT:
+        return np.full(len(body), FrameFlag.ERROR, np.uint8)
+    if kind == CAN_FD_MESSAGE_64:
+        return _flags_of_fd_64(body)
+    flags = _flags_of_message(body)
+    return flags | _flags_of_fd(body) if kind == CAN_FD_MESSAGE else flags
 
 
 def _flags_of_message(body: NDArray[np.void]) -> Bytes:
