@@ -164,3 +164,63 @@ def test_asammdf_decodes_what_we_write_as_we_decode_it(tmp_path):
             np.testing.assert_array_equal(signal.samples.astype(float), values)
             np.testing.assert_allclose(signal.timestamps, (frames.stamp_ns - 1_763_600_000 * 10**9) * 1e-9, atol=1e-9)
     np.testing.assert_array_equal(read(path)[0].stamp_ns, frames.stamp_ns)
+
+
+@pytest.mark.parametrize("compression", [3, 4, 5, 6])
+@pytest.mark.parametrize("mixed", [False, True])
+def test_blocks_packed_in_other_ways_are_read_as_python_can_reads_them(tmp_path, compression, mixed):
+    """Zstandard and LZ4, plain and transposed, of MDF 4.3."""
+    plain, path = tmp_path / "plain.mf4", tmp_path / "packed.mf4"
+    write(plain, kinds(many(30)) if mixed else many(30), 0)
+    with asammdf.MDF(plain) as mdf, mdf.convert("4.30") as newer:
+        newer.save(path, compression=compression, overwrite=True)
+    with MF4Reader(path) as reader:
+        peer = from_messages(list(reader))
+    got, notes = read(path)
+    assert notes == []
+    assert len(got) == (50 if mixed else 30)
+    same(got, peer)
+
+
+def test_records_in_a_list_of_columns_are_read_by_asammdf(tmp_path, monkeypatch):
+    """Our reader knows no such list, and hands the file over before it has given a frame."""
+    asked = []
+    monkeypatch.setattr("etb_hil.canio.logs.mf4.frames_by_asammdf", lambda path, _: asked.append(path) or iter(()))
+    path = tmp_path / "columns.mf4"
+    write(path, kinds(many(30)), 2)
+    data = path.read_bytes()
+    kind = b"##DL" if b"##DL" in data else b"##DZ"
+    path.write_bytes(data.replace(kind, b"##LD"))
+    assert len(read(path)[0]) == 0
+    assert asked == [path]
+
+
+@pytest.mark.parametrize(("kind", "method"), [(b"##xx", 0), (b"##DZ", 9)])
+def test_a_damaged_kind_of_block_costs_its_group_alone(tmp_path, kind, method):
+    path = tmp_path / "damaged.mf4"
+    log = write_log(path, 0)
+    log.write(from_messages(kinds(many(30))))
+    log.close()
+    data = bytearray(path.read_bytes())
+    at = data.rindex(b"##DZ")
+    data[at : at + 4] = kind
+    data[at + 26] = method
+    path.write_bytes(data)
+    got, notes = read(path)
+    assert 0 < len(got) < 50
+    assert "nothing behind it was read" in notes[0]
+
+
+def test_a_block_beyond_the_bound_is_refused_however_it_is_packed(tmp_path):
+    path = tmp_path / "large.mf4"
+    log = write_log(path, 0)
+    log.write(from_messages(many(30)))
+    log.close()
+    data = bytearray(path.read_bytes())
+    at = data.index(b"##DZ")
+    data[at + 26] = 2
+    data[at + 32 : at + 40] = (65 << 20).to_bytes(8, "little")
+    path.write_bytes(data)
+    got, notes = read(path)
+    assert len(got) == 0
+    assert f"a block of {65 << 20} bytes is packed by method 2; nothing behind it was read" in notes[0]

@@ -44,31 +44,32 @@ class Mf4Reader:
 
     Afterwards `notes` says what could not be read.
 
-    Files built in ways that we do not know (records of variable length, unsorted ones) are read by asammdf through
-    python-can, slowly.
+    Files built in ways that we do not know (records of variable length, unsorted ones, other ways of packing) are read
+    by asammdf through python-can, slowly. A way that shows only behind the first frames ends the reading of its group.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.notes: list[str] = []
         self.begin_ns: int | None = 0
+        self._is_begun = False
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in order of time; InputError where the file cannot be read."""
-        self.notes = []
-        with open_file(self._path) as file:
-            try:
+        self.notes, self._is_begun = [], False
+        try:
+            with open_file(self._path) as file:
                 blocks = Mf4Blocks(file)
                 start_ns, groups = blocks.start_ns(), blocks.groups()
-            except UnknownLayoutError as error:
-                yield from self._by_asammdf(str(error))
-                return
-            except DamagedError as error:
-                remedy = "check that the file is whole, and what its name says"
-                raise InputError(
-                    Problem(f"is not readable as MF4: {error}", Place(self._path), remedy=remedy)
-                ) from None
-            yield from _in_order([self._frames(blocks, group, start_ns) for group in groups])
+                for frames in _in_order([self._frames(blocks, group, start_ns) for group in groups]):
+                    self._is_begun = True
+                    yield frames
+        except UnknownLayoutError as error:
+            self.notes = []
+            yield from self._by_asammdf(str(error))
+        except DamagedError as error:
+            remedy = "check that the file is whole, and what its name says"
+            raise InputError(Problem(f"is not readable as MF4: {error}", Place(self._path), remedy=remedy)) from None
 
     def _frames(self, blocks: Mf4Blocks, group: FrameGroup, start_ns: int) -> Iterator[FrameBlock]:
         read, notes = 0, Notes()
@@ -82,6 +83,8 @@ class Mf4Reader:
                     yield frames
                     read += len(part)
         except (DamagedError, UnknownLayoutError, zlib.error) as error:
+            if isinstance(error, UnknownLayoutError) and not self._is_begun:
+                raise  # asammdf reads all of it
             self.notes.append(f"{self._path}: {group.kind}: after frame {read}: {error}; nothing behind it was read")
         else:
             if read < group.count:

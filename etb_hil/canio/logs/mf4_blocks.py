@@ -28,6 +28,8 @@ _HIGHEST_BIT = 7
 _WORD = 32  # bits of the widest number that is read
 _UNSIGNED, _FLOAT, _BYTES = 0, 4, 10  # kinds of data, in Intel order
 _LOCAL_TIME = 1
+_OTHER_DATA = (b"##LD", b"##HL", b"##DL", b"##SD")  # which asammdf reads: lists in columns or in lists, signals' data
+_LAST_METHOD = 5  # of packing, by version 4.3; from 2 on Zstandard and LZ4
 _CHUNK_BYTES = 512 << 10
 _LATEST_S = 5_000_000_000  # and as much again for the stamps is what 64 bits hold in nanoseconds
 _BEYOND = 1 << 42  # no file is so long, and no system seeks much further
@@ -194,12 +196,15 @@ class Mf4Blocks:
                     return  # cut off
                 yield part, 0
         elif at:
-            raise UnknownLayoutError(f"its data lies in blocks of the kind {name!r}")
+            kind_of_error = UnknownLayoutError if name in _OTHER_DATA else DamagedError
+            raise kind_of_error(f"its data lies in blocks of the kind {name!r}")
 
     def _inflated(self, at: int) -> Iterator[tuple[bytes | bytearray, int]]:
         _, first, _ = self._links(at)
         zipped, columns, size, packed = struct.unpack("<2xBxIQQ", self._read(first, 24))
-        if max(size, packed) > MOST_BYTES or zipped > 1:
+        if max(size, packed) > MOST_BYTES or zipped > _LAST_METHOD:
+            raise DamagedError(f"a block of {size} bytes is packed by method {zipped}")
+        if zipped > 1:
             raise UnknownLayoutError(f"a block of {size} bytes is packed by method {zipped}")
         data = self._file_part(first + 24, packed)
         self._take_data(len(data))
