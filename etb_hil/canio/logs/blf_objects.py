@@ -82,7 +82,10 @@ _BODIES = {
 FRAME_KINDS = frozenset(_BODIES)
 # Bytes of a body up to its payload, the least that an object may have: some tools write no more of a payload than the
 # frame has.
-_LEAST = {kind: (body.fields or {}).get("data", (0, body.itemsize))[1] for kind, body in _BODIES.items()}
+_LEAST = {
+    kind: body.itemsize - (body["data"].itemsize if "data" in (body.names or ()) else 0)
+    for kind, body in _BODIES.items()
+}
 _WIDE = (CAN_FD_MESSAGE, CAN_FD_MESSAGE_64)
 _MAX_CHANNEL = 256  # as the objects count them, from 1
 MARGIN = _PAYLOAD.itemsize
