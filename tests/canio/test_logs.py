@@ -181,7 +181,7 @@ def test_an_identifier_of_more_than_29_bits_is_refused(tmp_path):
     path.write_text("\n".join([";$FILEVERSION=1.1", ";$STARTTIME=45332.7893418634", *lines, ""]))
     got, notes = read(path)
     assert len(got) == 1
-    assert "identifier 20000000, at most 1fffffff is allowed" in notes[0]
+    assert "an extended identifier must be 0 to 1FFFFFFF (got 20000000)" in notes[0]
 
 
 def test_a_remote_frame_of_less_than_no_bytes_is_refused(tmp_path):
@@ -194,7 +194,131 @@ def test_a_remote_frame_of_less_than_no_bytes_is_refused(tmp_path):
     database.close()
     got, notes = read(path)
     assert list(got.length) == [3]
-    assert "0 bytes of -1" in notes[0]
+    assert notes == [f"{path}: frame 1: a frame was left out: a length must be 0 to 15 (got -1)"]
+
+
+HEAD_21 = ";$FILEVERSION=2.1\n;$STARTTIME=45332.7893418634\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n"
+HEAD_11 = ";$FILEVERSION=1.1\n;$STARTTIME=45332.7893418634\n"
+GOOD_CSV, GOOD_21, GOOD_11 = "0.5,0x5,0,0,0,2,BQU=", "1 1.0 DT 1 0005 Rx - 2 05 05", "1) 1.0 Rx 0005 2 05 05"
+WRONG_LINES = [
+    ("csv", "0.5,0x123,0,0,0,3,AAECAwQFBgc=", "must be as long as announced (got 8 bytes of 3)"),
+    ("csv", "0.5,0x123,0,0,0,8,AAEC", "must be as long as announced (got 3 bytes of 8)"),
+    ("csv", "0.5,0x123,0,0,0,16,AAECAwQFBgc=", "a length must be 0 to 15 (got 16)"),
+    ("csv", "0.5,0x123,0,0,0,8,AAEC*AwQF!Bgc=", "a row must have 7 columns, flags of 0 or 1 and data in base64"),
+    ("csv", "0.5,0x123,0,0,0,2,AAE", "data must be base64 (got AAE)"),
+    ("csv", "0.5,0x123,2,0,0,2,AAE=", "extended, remote and error must be 0 or 1 (got (2, 0, 0))"),
+    ("csv", "0.5,0x123,0,no,0,2,AAE=", "flags of 0 or 1"),
+    ("csv", "0.5,0x800,0,0,0,2,AAE=", "a standard identifier must be 0 to 7FF (got 800)"),
+    ("csv", "0.5,0x20000000,1,0,0,2,AAE=", "an extended identifier must be 0 to 1FFFFFFF (got 20000000)"),
+    ("csv", "0.5,0x123,0,1,0,2,AAE=", "a remote frame must have no payload but zeros"),
+    ("csv", "0.5,0x123,0,0,0,12," + "A" * 16, "a classic frame must have 0 to 8 bytes (got 12)"),
+    ("csv", "1.2.3,0x123,0,0,0,2,AAE=", "a timestamp must be a number of seconds (got 1.2.3)"),
+    ("csv", "nan,0x123,0,0,0,2,AAE=", "a row must have 7 columns"),
+    ("csv", "9e99,0x123,0,0,0,2,AAE=", "a time stamp must be less than 9e+09 s (got 9e+99)"),
+    ("csv", "0.5,0x123,0,0,0,2", "a row must have 7 columns"),
+    ("csv", "0.5,0x123,0,0,0,2,AAE=,0", "a row must have 7 columns"),
+    ("csv", "0.5,no,0,0,0,2,AAE=", "a row must have 7 columns"),
+    ("csv", "nonsense", "a row must have 7 columns"),
+    ("2.1.trc", "2 1.0 DT 1 0104 Rx - 3 11 22 33 44 55", "must be as long as announced (got 5 bytes of 3)"),
+    ("2.1.trc", "2 1.0 DT 1 0104 Rx - 3 11 2X 33", "a line must have numbers in the columns of its version"),
+    ("2.1.trc", "2 1.0 DT 1 0800 Rx - 2 11 22", "a standard identifier must be 0 to 7FF (got 800)"),
+    ("2.1.trc", "2 1,0 DT 1 0104 Rx - 2 11 22", "a line must have numbers in the columns of its version"),
+    ("2.1.trc", "2 nan DT 1 0104 Rx - 2 11 22", "a time stamp must be less than 9e+09 s (got nan)"),
+    ("1.1.trc", "2) 1.0 Rx 0104 2 00 00 00", "must be as long as announced (got 3 bytes for 2)"),
+    ("1.1.trc", "2) 1.0 Rx 0104 2 00 100", "a line must have numbers in the columns of its version"),
+]
+
+
+@pytest.mark.parametrize(("suffix", "line", "said"), WRONG_LINES)
+def test_a_wrong_line_costs_itself_alone_and_is_counted_with_its_place(tmp_path, suffix, line, said):
+    path = tmp_path / f"wrong.{suffix}"
+    head, good = {
+        "csv": ("timestamp,arbitration_id,extended,remote,error,dlc,data\n", GOOD_CSV),
+        "2.1.trc": (HEAD_21, GOOD_21),
+        "1.1.trc": (HEAD_11, GOOD_11),
+    }[suffix]
+    path.write_text(head + "".join(f"{each}\n" for each in (good, line, good, line, line, good)))
+    got, notes = read(path)
+    assert got.ident.tolist() == [5, 5, 5]
+    assert got.data[:, :2].tolist() == [[5, 5]] * 3
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{path}:{head.count(chr(10)) + 2}: a frame was left out: ")
+    assert said in notes[0]
+    assert notes[0].endswith("(the first of 3 such places)")
+    path.write_text(head + f"{line}\n{line}\n")
+    with pytest.raises(InputError, match="is not readable as") as refused:
+        read(path)
+    assert str(refused.value).startswith(f"{path}:{head.count(chr(10)) + 1}: ")
+
+
+GOOD_ROW = (1.0, 5, 0, 0, 0, 2, b"\5\5")
+WRONG_ROWS = [
+    ((1.0, 5, 0, 0, 0, 3, b"12345678"), "must be as long as announced (got 8 bytes of 3)"),
+    ((1.0, 5, 0, 0, 0, 64, bytes(64)), "a classic frame must have 0 to 8 bytes (got 64)"),
+    ((1.0, 5, "x", 0, 0, 2, b"12"), "extended, remote and error must be 0 or 1 (got ('x', 0, 0))"),
+    ((1.0, 5, 0, None, 0, 2, b"12"), "extended, remote and error must be 0 or 1 (got (0, None, 0))"),
+    ((1.0, 5, 0, 0, 2, 2, b"12"), "extended, remote and error must be 0 or 1 (got (0, 0, 2))"),
+    ((1.0, 0x800, 0, 0, 0, 2, b"12"), "a standard identifier must be 0 to 7FF (got 800)"),
+    ((1.0, -1, 1, 0, 0, 2, b"12"), "an extended identifier must be 0 to 1FFFFFFF (got -1)"),
+    ((1.0, 5, 0, 1, 0, 2, b"12"), "a remote frame must have no payload but zeros"),
+    ((1.0, 5, 0, 0, 0, 2, "12"), "a payload must be a BLOB"),
+    ((1.0, 5, 0, 0, 0, "x", b"12"), "ts, arbitration_id and dlc must be numbers (got (1.0, 5, 'x'))"),
+    ((None, 5, 0, 0, 0, 2, b"12"), "ts, arbitration_id and dlc must be numbers"),
+    ((9e99, 5, 0, 0, 0, 2, b"12"), "a time stamp must be less than 9e+09 s (got 9e+99)"),
+]
+
+
+def write_rows(path, rows, columns="ts, arbitration_id, extended, remote, error, dlc, data"):
+    path.unlink(missing_ok=True)
+    with sqlite3.connect(path) as database:
+        database.execute(f"CREATE TABLE messages ({columns})")
+        database.executemany("INSERT INTO messages VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
+    database.close()
+
+
+@pytest.mark.parametrize(("row", "said"), WRONG_ROWS)
+def test_a_wrong_row_of_sqlite_costs_itself_alone_and_is_counted_with_its_place(tmp_path, row, said):
+    path = tmp_path / "wrong.db"
+    write_rows(path, [GOOD_ROW, row, GOOD_ROW, row, row, GOOD_ROW])
+    got, notes = read(path)
+    assert got.ident.tolist() == [5, 5, 5]
+    assert got.data[:, :2].tolist() == [[5, 5]] * 3
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{path}: frame 1: a frame was left out: ")
+    assert said in notes[0]
+    assert notes[0].endswith("(the first of 3 such places)")
+    write_rows(path, [row])
+    with pytest.raises(InputError, match="frame 0: is not readable as python-can SQLite"):
+        read(path)
+
+
+def test_a_flag_that_is_a_text_is_no_flag(tmp_path):
+    path = tmp_path / "text.db"
+    text = "ts, arbitration_id, extended TEXT, remote, error, dlc, data"
+    write_rows(path, [(1.0, 6, "0", 0, 0, 2, b"12")] * 2, text)
+    with sqlite3.connect(path) as database:
+        database.execute("UPDATE messages SET remote = CAST(x'ff' AS TEXT) WHERE rowid = 2")  # no UTF-8
+    database.close()
+    with pytest.raises(InputError, match=r"must be 0 or 1 \(got \('0', 0, 0\)\)"):
+        read(path)
+    write_rows(path, [(1.0, 6, "0", 0, 0, 2, b"12"), GOOD_ROW, (1.0, 6, 0, "0", 0, 2, b"12")])
+    with sqlite3.connect(path) as database:
+        database.execute("UPDATE messages SET remote = CAST(x'ff' AS TEXT) WHERE rowid = 3")
+    database.close()
+    got, notes = read(path)
+    assert got.ident.tolist() == [5]
+    assert "(got ('0', 0, 0)) (the first of 2 such places)" in notes[0]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".db"])
+def test_can_fd_frames_among_python_cans_classic_ones_are_left_out_and_counted(tmp_path, suffix):
+    path = tmp_path / f"fd{suffix}"
+    classic = can.Message(timestamp=1.0, arbitration_id=5, is_extended_id=False, data=b"\5\5")
+    write(path, [classic, can.Message(timestamp=2.0, arbitration_id=6, is_fd=True, data=bytes(64)), classic])
+    got, notes = read(path)
+    assert got.ident.tolist() == [5, 5]
+    assert len(notes) == 1
+    assert "a frame was left out: a classic frame must have 0 to 8 bytes (got 64)" in notes[0]
 
 
 def test_a_line_that_python_can_skips_is_said(tmp_path):

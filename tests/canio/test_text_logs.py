@@ -392,9 +392,9 @@ def test_a_log_in_utf_16_is_refused_with_its_encoding(tmp_path):
     [
         (".asc", "1.1 1 123 Rx d 2 2G 00", "2G"),
         (".asc", "1.1 1 123 Rx d 3 00 01", "2 bytes of 3"),
-        (".asc", "1.1 1 7FFFFFF Rx d 1 00", "identifier 7ffffff, at most 7ff is allowed"),
+        (".asc", "1.1 1 7FFFFFF Rx d 1 00", "a standard identifier must be 0 to 7FF (got 7FFFFFF)"),
         (".log", "(1.1) can0 123#2G00", "2G"),
-        (".log", "(1.1) can0 FFF#00", "identifier fff, at most 7ff is allowed"),
+        (".log", "(1.1) can0 FFF#00", "a standard identifier must be 0 to 7FF (got FFF)"),
     ],
 )
 def test_a_damaged_line_costs_itself_alone(tmp_path, suffix, line, why):

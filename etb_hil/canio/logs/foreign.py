@@ -1,6 +1,6 @@
 """Logs in the formats that python-can reads.
 
-A broken end costs what is broken, not what came before.
+A broken end costs what is broken, not what came before; a wrong row costs itself alone.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ from etb_hil.canio.logs.channels import FAR, Channels, too_far
 from etb_hil.canio.logs.line_source import LineSource, reader_warnings
 from etb_hil.canio.logs.log_reader import TABLES
 from etb_hil.canio.logs.notes import Notes
+from etb_hil.canio.logs.row_rules import WrongRowError
 from etb_hil.canio.logs.sqlite_rows import SqliteRows
+from etb_hil.canio.logs.text_rows import COLUMNS, CsvRows, TrcRows
 from etb_hil.canio.messages import from_messages
 
 CHUNK = 8192
-STANDARD, MAX_IDENT = 0x7FF, 0x1FFFFFFF  # largest identifiers of 11 and of 29 bits
+MAX_IDENT, MAX_STANDARD = 0x1FFFFFFF, 0x7FF
 Note = Callable[[str, str], None]  # takes what could not be read, and of what kind that is
 MAX_SECONDS = 9e9  # what int64 holds in nanoseconds
 
@@ -46,6 +48,7 @@ class _Format:
     fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
     remedy: str = "check that the file is what its name says"
     others: str = r"\s*$"  # lines that hold no frame, and are not meant to
+    is_scanned: bool = False  # by `text`, which has rules of its own; python-can reads its unusual lines alone
     first_channel: int = 0  # what the file's channels count from: 1 for Vector and PEAK
     subtracted: int = 0  # what python-can's reader takes from their number: PEAK's it keeps
 
@@ -57,17 +60,17 @@ def _mf4_reader(path: Path) -> Any:  # noqa: ANN401 (python-can's readers share 
 
 # Comments, what PEAK's tools say of the bus, and the events, error counters and states of version 2.
 _TRC_OTHERS = r"\s*(;|$|\d+\)\s+\S+\s+(\d+\s+)?(FFFFFFFF|Warng)\b|\d+\s+\S+\s+(ST|EC|EV)\b)"
-_CSV_COLUMNS = "its columns are timestamp, arbitration_id, extended, remote, error, dlc, data"
+_CSV_COLUMNS = f"its columns are {COLUMNS.replace(',', ', ')}"
 
 # python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
 # still distinguishes (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so
 # that a nanosecond survives. CSV, SQLite and MF4 hold the float itself.
 FORMATS = {
-    ".asc": _Format("ASC", can.ASCReader, 1, first_channel=1, subtracted=1),
-    ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, others=_TRC_OTHERS, first_channel=1),
-    ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
+    ".asc": _Format("ASC", can.ASCReader, 1, is_scanned=True, first_channel=1, subtracted=1),
+    ".trc": _Format("TRC", TrcRows, 1000, fd_codes=True, others=_TRC_OTHERS, first_channel=1),
+    ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True, is_scanned=True),
     ".csv": _Format(
-        "python-can CSV", can.CSVReader, 1, ends_lines=True, remedy=f"{_CSV_COLUMNS}; {TABLES}", others="timestamp,"
+        "python-can CSV", CsvRows, 1, ends_lines=True, remedy=f"{_CSV_COLUMNS}; {TABLES}", others="timestamp,"
     ),
     ".db": _Format("python-can SQLite", SqliteRows, 1, text=False),
     ".mf4": _Format("MF4", _mf4_reader, 1, text=False),
@@ -85,21 +88,23 @@ class ForeignLog:
         self.path = path
         self.notes: list[str] = []
         self.begin_ns: int | None = 0
+        self._rows = 0  # that were read, those that were left out among them
+        self._first_wrong: list[tuple[Place, Exception]] = []  # at most one: a file of which nothing is read is refused
         self._format = FORMATS[suffix.lower()]
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in blocks.
 
-        InputError where not even the first frame can be read.
+        InputError where not one frame can be read.
         """
-        self.notes = []
+        self.notes, self._rows, self._first_wrong = [], 0, []
         notes = Notes()
         frames = 0
         fault: Exception | None = None
         lines = self._lines(notes)
 
         def note(what: str, kind: str) -> None:
-            notes.add(Place(self.path, lines.line) if lines else Place(self.path, frame=frames), what, kind)
+            notes.add(self._place(lines), what, kind)
             if lines:
                 lines.frame_line = lines.line
 
@@ -114,11 +119,16 @@ class ForeignLog:
                     yield _block(chunk, self._format)
                 more = len(chunk) == CHUNK and fault is None
             self.notes += [*notes.told(), *(f"{self.path}: {told}" for told in channels.told())]
-        line = lines.line if lines else None
-        if fault is not None:
-            self._stopped(fault, frames, line)
+        if self._first_wrong and not frames:
+            self._stopped(*self._first_wrong[0], frames)
+        elif fault is not None:
+            self._stopped(self._place(lines), fault, frames)
         elif lines and lines.is_cut():
-            self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
+            self.notes.append(f"{Place(self.path, lines.line)}: the last line is cut off and was left out")
+
+    def _place(self, lines: LineSource | None) -> Place:
+        """Return where the reading is: the line, or the frame by its number from 0."""
+        return Place(self.path, lines.line) if lines else Place(self.path, frame=self._rows)
 
     def _lines(self, notes: Notes) -> LineSource | None:
         if self._format.text:
@@ -128,16 +138,23 @@ class ForeignLog:
         return None
 
     def _messages(self, source: LineSource | Path, channels: Channels, note: Note) -> Iterator[can.Message]:
+        lines = source if isinstance(source, LineSource) else None
         with self._format.reader(source) as reader:
-            for message in reader:
-                if isinstance(source, LineSource):
-                    source.took_frame()
-                if _is_held(message, self._format, channels, note):
-                    yield message
+            for row in reader:
+                try:
+                    if isinstance(row, WrongRowError):
+                        raise row
+                    if lines:
+                        lines.took_frame()
+                    if _is_held(row, self._format, channels, note):
+                        yield row
+                except WrongRowError as error:
+                    self._first_wrong = self._first_wrong or [(self._place(lines), error)]
+                    note(f"a frame was left out: {error}", error.rule)
+                self._rows += 1
 
-    def _stopped(self, fault: Exception, frames: int, line: int | None) -> None:
-        place = Place(self.path, line, frame=frames)
-        what = f"is not readable as {self._format.name} from here: {shortened(str(fault) or type(fault).__name__)}"
+    def _stopped(self, place: Place, fault: Exception, frames: int) -> None:
+        what = f"is not readable as {self._format.name} from here: {shortened(str(fault) or type(fault).__name__, 200)}"
         if not frames:
             raise InputError(Problem(what, place, remedy=self._format.remedy)) from None
         self.notes.append(f"{place}: {what}; the {frames} frames before are kept")
@@ -157,16 +174,23 @@ def frames_of_text(text: str, suffix: str, channels: Channels, note: Note) -> tu
 def _is_held(message: can.Message, known: _Format, channels: Channels, note: Note) -> bool:
     """Make a number of a message's channel; return False, and note it, without one.
 
-    Raises ValueError for a message that is not whole or that no bus can carry: python-can's readers let them through.
+    Raises WrongRowError for a message that is not whole or that no bus can carry.
     """
-    length = len(message.data)
-    if not _announced(message, known) <= length <= (64 if message.is_fd else 8) or not 0 <= message.dlc <= 64:
-        raise ValueError(f"{length} bytes of {message.dlc}")
-    most = MAX_IDENT if message.is_extended_id or message.is_error_frame else STANDARD
+    length, most = len(message.data), 64 if message.is_fd else 8
+    if length > most:
+        raise WrongRowError(f"a {'CAN FD' if message.is_fd else 'classic'} frame must have 0 to {most} bytes", length)
+    most = 64 if message.is_fd or known.is_scanned else 15
+    if not 0 <= message.dlc <= most:
+        raise WrongRowError(f"a length must be 0 to {most}", message.dlc)
+    if length != _announced(message, known) and not message.is_error_frame:
+        raise WrongRowError("a payload must be as long as announced", f"{length} bytes of {message.dlc}")
+    is_short = not (message.is_extended_id or message.is_error_frame)
+    most = MAX_STANDARD if is_short else MAX_IDENT
     if not 0 <= message.arbitration_id <= most:
-        raise ValueError(f"identifier {message.arbitration_id:x}, at most {most:x} is allowed")
+        kind = "a standard" if is_short else "an extended"
+        raise WrongRowError(f"{kind} identifier must be 0 to {most:X}", f"{message.arbitration_id:X}")
     if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
-        raise ValueError(f"no time: {message.timestamp}")
+        raise WrongRowError(f"a time stamp must be less than {MAX_SECONDS:.0e} s", message.timestamp)
     name = message.channel + known.subtracted if isinstance(message.channel, int) else message.channel or ""
     channel = channels.number(str(name))
     if channel is None:

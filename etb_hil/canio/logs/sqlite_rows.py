@@ -10,6 +10,7 @@ from typing import Self
 import can
 
 from etb_hil.base.userfile import open_file
+from etb_hil.canio.logs.row_rules import WrongRowError, message_of
 
 _COLUMNS = "ts, arbitration_id, extended, remote, error, dlc, data"
 _LONGEST_VALUE = 4096  # bytes; a payload has 64
@@ -19,7 +20,7 @@ _ALLOWED = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
 
 
 class SqliteRows:
-    """Messages of the table `messages`, in its order.
+    """Messages of the table `messages`, in its order; in place of a wrong row, what is wrong with it.
 
     A file that is damaged raises sqlite3.Error or ValueError.
 
@@ -36,7 +37,8 @@ class SqliteRows:
     def __exit__(self, *_: object) -> None:
         self._database.close()
 
-    def __iter__(self) -> Iterator[can.Message]:
+    def __iter__(self) -> Iterator[can.Message | WrongRowError]:
+        self._database.text_factory = _text
         self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
         self._database.set_authorizer(_authorize)
         root = self._database.execute("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").fetchone()
@@ -45,28 +47,28 @@ class SqliteRows:
         for count, row in enumerate(self._database.execute(f"SELECT {_COLUMNS} FROM messages")):  # noqa: S608 (ours)
             if count >= self._most_rows:
                 raise ValueError("its pages go in circles")
-            yield _message(row)
+            try:
+                yield _message(row)
+            except WrongRowError as error:
+                yield error
 
 
 def _authorize(action: int, *_: object) -> int:
     return sqlite3.SQLITE_OK if action in _ALLOWED else sqlite3.SQLITE_DENY
 
 
+def _text(raw: bytes) -> str:
+    """Return any text of a column: one that is no UTF-8 is a wrong value of its row alone."""
+    return raw.decode("utf-8", "replace")
+
+
 def _message(row: tuple[object, ...]) -> can.Message:
     seconds, ident, extended, remote, error, dlc, data = row
     if not isinstance(seconds, float | int) or not isinstance(ident, int) or not isinstance(dlc, int):
-        raise TypeError("a time, an identifier and a length must be numbers")
+        raise WrongRowError("ts, arbitration_id and dlc must be numbers", (seconds, ident, dlc))
     if not isinstance(data, bytes | None):
-        raise TypeError("a payload must be a BLOB")
-    return can.Message(
-        timestamp=seconds,
-        arbitration_id=ident,
-        is_extended_id=bool(extended),
-        is_remote_frame=bool(remote),
-        is_error_frame=bool(error),
-        dlc=dlc,
-        data=data,
-    )
+        raise WrongRowError("a payload must be a BLOB", data)
+    return message_of(seconds, ident, (extended, remote, error), dlc, data)
 
 
 def _whole(path: Path) -> int:
