@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime
 from typing import Protocol
 
 _READINGS = 4  # of two clocks: a process may be held between two readings, but hardly each time
@@ -25,6 +26,15 @@ class Clock(Protocol):
         On a virtual clock this moves the world forward.
         """
         ...
+
+
+def stored_time(text: str) -> datetime:
+    """Return a time of a file or a store, with its offset; UTC where it has none, as the program writes it.
+
+    Only such times can be compared with each other. ValueError where the text is no time as ISO 8601 has it.
+    """
+    at = datetime.fromisoformat(text)
+    return at if at.tzinfo is not None else at.replace(tzinfo=UTC)
 
 
 def host_ahead_ns(now_ns: Callable[[], int]) -> tuple[int, int]:

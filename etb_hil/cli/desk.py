@@ -15,7 +15,7 @@ from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.job import JobFiles, bench_store
 from etb_hil.cli.batch import checked_serial
 from etb_hil.histories.runs import run_of_results, runs_at
-from etb_hil.station.admission import admitted_part, compared, require_fit_bench
+from etb_hil.station.admission import admitted_part, compared, require_fit_bench, stamped_later
 from etb_hil.station.station_file import load_station
 from etb_hil.store.address import StoreAddress, store_address
 from etb_hil.store.selection import Selection
@@ -86,13 +86,13 @@ class Desk:
     def check(self, text: str) -> str:
         """Return a serial number that may be tested; InputError says why not."""
         serial = checked_serial(text)
-        admitted_part(self.document.content, serial, self._runs(serial))
+        admitted_part(self.document.content, serial, self._runs(serial), datetime.now(UTC))
         return serial
 
     def files(self, serial: str) -> JobFiles:
         """Return the files by which a unit is tested; InputError where it may not be."""
         path = self.document.path
-        part: Part = admitted_part(self.document.content, serial, self._runs(serial))
+        part: Part = admitted_part(self.document.content, serial, self._runs(serial), datetime.now(UTC))
         return JobFiles(
             scenario=find("scenario", part.scenario, beside=path),
             bench=self.bench,
@@ -105,9 +105,14 @@ class Desk:
             store=self.store,
         )
 
-    def require_fit_bench(self, serial: str) -> None:
-        """Raise BenchFault where the bench may not judge units now."""
-        require_fit_bench(self.document.content, self.bench_name, serial, self._runs(serial), datetime.now(UTC))
+    def require_fit_bench(self, serial: str) -> str:
+        """Raise BenchFault where the bench may not judge units now.
+
+        Return what is to be said of the earlier runs where it may, or an empty text.
+        """
+        runs, now = self._runs(serial), datetime.now(UTC)
+        require_fit_bench(self.document.content, self.bench_name, serial, runs, now)
+        return stamped_later(runs, now)
 
     def why_unfit(self) -> str:
         """Return why the bench may not judge units now, or an empty text."""

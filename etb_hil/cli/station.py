@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.bench.bench_file import load_bench, load_plugins
     from etb_hil.bench.job import bench_store
     from etb_hil.histories.runs import runs_at
-    from etb_hil.station.admission import require_fit_bench
+    from etb_hil.station.admission import require_fit_bench, stamped_later
     from etb_hil.station.station_file import load_station
     from etb_hil.store.address import store_address
     from etb_hil.store.selection import Selection
@@ -69,6 +69,8 @@ def run(options: argparse.Namespace) -> int:
         print(f"NOT FIT   {fault}")
         return ExitCode.BENCH_FAULT
     print("fit       the bench may judge units")
+    if note := stamped_later(runs, now):
+        print(f"note      {note}")
     return ExitCode.DONE
 
 

@@ -110,8 +110,8 @@ class Units:
 
     def _judged(self, screen: Screen, serial: str, before: str, words: TextIO, signals: StopSignals) -> Judged:
         try:
-            if self.desk is not None:
-                self.desk.require_fit_bench(serial)
+            if self.desk is not None and (note := self.desk.require_fit_bench(serial)):
+                print(f"note: {note}", file=sys.stderr)
             finished, again = screen.run(serial, before, signals)
         except BenchFault as fault:
             results = faulted(screen.job, serial, fault)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 
 import numpy as np
 
@@ -152,7 +151,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     for k in sound:
         cells.setdefault((units[k], runs[at[k]].bench), []).append(float(compared[k]))
     study = balanced(cells)
-    time = np.array([datetime.fromisoformat(runs[at[k]].started).timestamp() for k in sound])
+    time = np.array([runs[at[k]].at.timestamp() for k in sound])
     names, benches = [units[k] for k in sound], [runs[at[k]].bench for k in sound]
     drifting, looked_at = drifts(deviations(time, compared[sound], names, benches))
     risen = None

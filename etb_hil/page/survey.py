@@ -66,8 +66,9 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
         {"number": part.number, "revision": part.revision, "serial": part.serial, "scenario": part.scenario}
         for part in content.parts
     ]
-    serials = () if content.golden is None else (content.golden.serial,)
-    runs = runs_at(sessions, store, Selection(serials=serials, measured=()))
+    golden = content.golden
+    serials, measured = ((), ()) if golden is None else ((golden.serial,), tuple(golden.expect))
+    runs = runs_at(sessions, store, Selection(serials=serials, measured=measured))
     try:
         require_fit_bench(content, setup.bench.name, "", runs, datetime.now(UTC))
     except BenchFault as fault:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -63,7 +63,7 @@ def draw_over_time(axes: Axes, history: History, number: NumberHistory, *, named
     if not number.at:
         say_empty(axes, "no run counts")
         return
-    when = np.array([datetime.fromisoformat(history.runs[k].started) for k in number.at])
+    when = np.array([history.runs[k].at for k in number.at])
     units = [history.runs[k].serial for k in number.at]
     again = [(unit, count) for unit, count in Counter(units).items() if count > 1]
     often = [unit for unit, _ in sorted(again, key=lambda each: (not each[0], -each[1], each[0]))[:_NAMED]]

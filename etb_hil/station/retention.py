@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from etb_hil.base.clock import stored_time
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.session.session import MANIFEST, open_session
@@ -26,7 +27,7 @@ def expired(folder: Path, rules: Retention, in_store: Iterable[str], now: dateti
     """Return the sessions in a folder that are older than they must become.
 
     `in_store` are the ids of the runs whose numbers the store of results holds: no other session is named, and neither
-    is a link, nor what is no session.
+    is a link, nor what is no session. A session that is stamped after now is kept.
     """
     kept = set(in_store)
     found = []
@@ -36,7 +37,7 @@ def expired(folder: Path, rules: Retention, in_store: Iterable[str], now: dateti
         try:
             session = open_session(path)
             passed = session.has_results and session.read_results().unit.verdict is UnitVerdict.PASS
-            age = (now - datetime.fromisoformat(session.started)).total_seconds()
+            age = (now - stored_time(session.started)).total_seconds()
             if session.run_id in kept and age > (rules.passed if passed else rules.other):
                 size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
                 found.append(Expired(path, age, size))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import NamedTuple
 
+from etb_hil.base.clock import stored_time
 from etb_hil.base.errors import shortened
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.store.row_values import RunRows
@@ -62,6 +63,11 @@ class Run:
     numbers: Mapping[str, Measured]
 
     @property
+    def at(self) -> datetime:
+        """When it started."""
+        return stored_time(self.started)
+
+    @property
     def counts(self) -> bool:
         """Whether its numbers were measured soundly.
 
@@ -90,7 +96,7 @@ def run_of(
     if not all(isinstance(text, str) for text in texts):
         raise TypeError("names, times and verdicts of a run must be text")
     try:
-        datetime.fromisoformat(run[1])
+        stored_time(run[1])
     except ValueError:
         raise TypeError(f"the start of a run must be a time as ISO 8601 has it: {shortened(run[1])!r}") from None
     for row in numbers.values():

@@ -1,6 +1,7 @@
 """Patterns of serial numbers answer at once, or are refused when the station file is read."""
 
 import re
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -70,4 +71,4 @@ def test_the_worst_that_is_taken_ends(pattern):
 def test_a_serial_number_that_is_too_long_is_no_parts():
     station = load_station(EXAMPLE).content
     with pytest.raises(InputError, match=f"has {LONGEST + 1} characters; allowed: {LONGEST} at most"):
-        admitted_part(station, "A" * (LONGEST + 1), [])
+        admitted_part(station, "A" * (LONGEST + 1), [], datetime.now(UTC))

@@ -1,6 +1,7 @@
 """Stations: their files, which units they take, when their bench is fit, and which sessions they keep."""
 
 import json
+import sqlite3
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
+from etb_hil.page.survey import survey
 from etb_hil.results.json_file import result_from_dict
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
@@ -69,30 +71,30 @@ def test_what_is_wrong_in_a_station_file(change, said, tmp_path):
 
 
 def test_a_part_is_found_by_its_serial_number(station):
-    assert admitted_part(station, "ETB-0042", []).number == "default-throttle"
-    assert admitted_part(station, "GOLD-1", [run("GOLD-1")] * 50).number == "default-throttle"
+    assert admitted_part(station, "ETB-0042", [], NOW).number == "default-throttle"
+    assert admitted_part(station, "GOLD-1", [run("GOLD-1")] * 50, NOW).number == "default-throttle"
     for serial in ("", "ETB-42", "xETB-0042", "ETB-00421", "etb-0042"):
         with pytest.raises(InputError, match="serial number"):
-            admitted_part(station, serial, [])
+            admitted_part(station, serial, [], NOW)
 
 
 @pytest.mark.parametrize("verdict", ["pass", "fail"])
 def test_a_judged_unit_does_not_come_again(verdict, station):
     with pytest.raises(InputError, match=f"judged already .*{verdict} on 2026-11-20"):
-        admitted_part(station, "ETB-0042", [run("ETB-0042", verdict)])
+        admitted_part(station, "ETB-0042", [run("ETB-0042", verdict)], NOW)
 
 
 def test_what_judged_nothing_does_not_count(station):
     earlier = [run("ETB-0042", None, outcome="fault"), run("ETB-0042", None, outcome="aborted")] * 5
-    assert admitted_part(station, "ETB-0042", earlier)
-    assert admitted_part(station, "ETB-0042", [run("ETB-0042", part="another"), run("ETB-0043", "fail")])
+    assert admitted_part(station, "ETB-0042", earlier, NOW)
+    assert admitted_part(station, "ETB-0042", [run("ETB-0042", part="another"), run("ETB-0043", "fail")], NOW)
 
 
 def test_a_unit_is_not_tested_until_it_passes(station):
     once = [run("ETB-0042", "inconclusive", hours=3.0)]
-    assert admitted_part(station, "ETB-0042", once)
+    assert admitted_part(station, "ETB-0042", once, NOW)
     with pytest.raises(InputError, match="as often as it may be"):
-        admitted_part(station, "ETB-0042", [*once, run("ETB-0042", "inconclusive")])
+        admitted_part(station, "ETB-0042", [*once, run("ETB-0042", "inconclusive")], NOW)
 
 
 def test_the_golden_unit_makes_the_bench_fit(station):
@@ -116,8 +118,8 @@ def test_the_golden_unit_makes_the_bench_fit(station):
 def test_a_serial_number_of_two_parts_is_refused(station):
     both = station.model_copy(update={"parts": (station.parts[0], station.parts[0])})
     with pytest.raises(InputError, match=r"fits several parts .*make the patterns of the station file exclude"):
-        admitted_part(both, "ETB-0042", [])
-    assert admitted_part(both.model_copy(update={"parts": station.parts}), "ETB-0042", []) == station.parts[0]
+        admitted_part(both, "ETB-0042", [], NOW)
+    assert admitted_part(both.model_copy(update={"parts": station.parts}), "ETB-0042", [], NOW) == station.parts[0]
 
 
 def test_a_number_that_is_missing_is_not_as_expected(station):
@@ -172,6 +174,38 @@ def in_store(folder, serial, *, stiction=0.171):
     queue = Queue(folder)
     queue.add(RunResult(made.run_id, unit, bench, started=made.started, measurements=measured), made.folder)
     assert queue.deliver(StoreAddress(folder / STORE)).arrived == 1
+
+
+def restamped(folder, started):
+    """Give the runs of a store another start, as a bench whose clock is wrong does."""
+    with sqlite3.connect(folder / STORE) as file:
+        file.execute("UPDATE runs SET started = ?", (started,))
+    file.close()
+
+
+def test_a_golden_unit_of_a_wrong_clock_is_told_by_command_run_and_page(tmp_path, capsys):
+    in_store(tmp_path, "GOLD-1")
+    restamped(tmp_path, "2099-01-05T12:00:00.000+00:00")
+    look = ["station", str(EXAMPLE), "--out", str(tmp_path)]
+    assert main(look) == 3
+    said = capsys.readouterr().out
+    assert "NOT FIT   the bench has not checked itself" in said
+    assert "stamped after now" in said
+    assert command(tmp_path, "--serial", "ETB-0001") == 3
+    assert "2099-01-05 12:00 UTC" in " ".join(capsys.readouterr().out.split())
+    assert "stamped after now" in survey(None, EXAMPLE, tmp_path)["unfit"]
+    in_store(tmp_path, "GOLD-1")
+    assert main(look) == 0
+    said = capsys.readouterr().out
+    assert "fit       the bench may judge units\nnote      the run 20" in said
+    assert survey(None, EXAMPLE, tmp_path)["unfit"] == ""
+
+
+def test_a_page_holds_the_numbers_of_the_golden_unit_against_what_is_expected(tmp_path):
+    in_store(tmp_path, "GOLD-1")
+    assert survey(None, EXAMPLE, tmp_path)["unfit"] == ""
+    in_store(tmp_path, "GOLD-1", stiction=0.2)
+    assert "T_st 0.200 N·m, expected 0.171" in survey(None, EXAMPLE, tmp_path)["unfit"]
 
 
 def command(tmp_path, *words):

@@ -5,6 +5,7 @@ import re
 import sqlite3
 import subprocess
 import sys
+from datetime import UTC, datetime
 
 import pytest
 from alembic.autogenerate import compare_metadata
@@ -26,6 +27,7 @@ from etb_hil.store.selection import Selection
 
 WRITER = """
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 from made_up_runs import result, session
 from etb_hil.store.address import store_address
@@ -238,6 +240,20 @@ def test_a_damaged_store_whose_message_is_no_text_is_refused(tmp_path):
         read_store(store)
     with pytest.raises(InputError, match="store of results"), connected(store):
         pass
+
+
+@pytest.mark.parametrize(
+    ("started", "at"),
+    [
+        ("2026-11-24T08:00:00.000+00:00", datetime(2026, 11, 24, 8, tzinfo=UTC)),
+        ("2026-11-24T08:00:00+02:00", datetime(2026, 11, 24, 6, tzinfo=UTC)),
+        ("2026-11-24T08:00:00", datetime(2026, 11, 24, 8, tzinfo=UTC)),
+        ("2026-11-24", datetime(2026, 11, 24, tzinfo=UTC)),
+    ],
+)
+def test_a_start_without_an_offset_is_utc(started, at):
+    run = run_of(("id", started, "bench", "scenario"), ("SN", "", ""), ("ok", "pass", ""), {})
+    assert run.at == at
 
 
 def test_a_whole_number_in_a_store_is_read_as_a_number_with_a_fraction():
