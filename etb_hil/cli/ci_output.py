@@ -16,9 +16,10 @@ from etb_hil.base.outcome import ExitCode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from etb_hil.base.yamlfile import Document
     from etb_hil.report.junit import Reported
     from etb_hil.results.run_result import RunResult
-    from etb_hil.session.baseline import Comparison
+    from etb_hil.session.baseline import Baseline, Comparison
 
 STANDARD_OUTPUT = Path("-")
 
@@ -62,19 +63,26 @@ def held_against(comparisons: Sequence[Comparison], code: ExitCode, screen: Text
 class CiOutput:
     """Writes the files that the options name, anew after every run.
 
-    Raises InputError before anything is run, where the baseline cannot be read or a file cannot be written.
+    Raises InputError before anything is run, where a file cannot be written.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        from etb_hil.session.baseline import load_baseline
-
         self._junit: Path | None = options.junit
         self._json: Path | None = options.json
-        self._baseline = None if options.baseline is None else load_baseline(options.baseline)
+        self._baseline: Document[Baseline] | None = None
         self._runs: list[Reported] = []
         for path in (self._junit, self._json):
             if path is not None and path != STANDARD_OUTPUT:
                 _clear(path)
+
+    def read_baseline(self, path: Path) -> None:
+        """Read what each run is held against; InputError where it is wrong.
+
+        The bench's plug-ins are taken in by then: the units of what they measure are known.
+        """
+        from etb_hil.session.baseline import load_baseline
+
+        self._baseline = load_baseline(path)
 
     @property
     def owns_standard_output(self) -> bool:
@@ -82,7 +90,7 @@ class CiOutput:
         return self._json == STANDARD_OUTPUT
 
     def add(self, results: RunResult, session: Path | None = None) -> ExitCode:
-        """Write what came of a run.
+        """Write what came of a run; its results are written before they are held against the baseline.
 
         Return its exit code, inconclusive where only the baseline disagrees.
         """
@@ -90,14 +98,17 @@ class CiOutput:
         from etb_hil.results.json_file import result_as_dict
         from etb_hil.session.baseline import compare
 
-        comparisons = [] if self._baseline is None else compare(self._baseline, results)
-        self._runs.append(Reported(results, session, comparisons))
-        if self._junit is not None:
-            _write(self._junit, junit_text(self._runs))
         if self._json is not None:
             # A screen's encoding may lack characters that a file has.
             text = json.dumps(result_as_dict(results), indent=1, ensure_ascii=self.owns_standard_output)
             print(text) if self.owns_standard_output else _write(self._json, f"{text}\n")
+        self._runs.append(Reported(results, session, []))
+        if self._junit is not None:
+            _write(self._junit, junit_text(self._runs))
+        comparisons = [] if self._baseline is None else compare(self._baseline, results)
+        if comparisons and self._junit is not None:
+            self._runs[-1] = Reported(results, session, comparisons)
+            _write(self._junit, junit_text(self._runs))
         screen = sys.stderr if self.owns_standard_output else sys.stdout
         return held_against(comparisons, results.code, screen)
 

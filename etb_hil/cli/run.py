@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.cli.ci_output import CiOutput, add_ci_arguments
-from etb_hil.cli.files import add_file_arguments
+from etb_hil.cli.files import DEFAULTS, add_file_arguments
 
 if TYPE_CHECKING:
     from etb_hil.base.outcome import ExitCode
@@ -60,11 +60,21 @@ def run(options: argparse.Namespace) -> int:
     _refuse_contradictions(options, output)
     time_limit = TimeLimit(options.timeout)
     attended = options.page is not None or (not options.yes and somebody_attends())
+
+    def prepared() -> Units:
+        desk = _desk(options)
+        if options.baseline is not None:
+            from etb_hil.bench.bench_file import load_plugins
+
+            load_plugins(_bench(options, desk))
+            output.read_baseline(options.baseline)
+        return Units(options, output, desk, attended)
+
     if options.page is not None:
         from etb_hil.cli.page_screen import run_for_page
 
-        return run_for_page(lambda: Units(options, output, _desk(options), attended), options)
-    units = Units(options, output, _desk(options), attended)
+        return run_for_page(prepared, options)
+    units = prepared()
     return _queue(units, time_limit) if options.batch else _one_unit(units, time_limit)
 
 
@@ -104,6 +114,12 @@ def _desk(options: argparse.Namespace) -> Desk | None:
 
     path = station_of(options)
     return None if path is None else Desk.open(options, path)
+
+
+def _bench(options: argparse.Namespace, desk: Desk | None) -> Path:
+    from etb_hil.base.stock import find
+
+    return find("bench", options.bench or DEFAULTS["bench"]) if desk is None else desk.bench
 
 
 def _refuse_contradictions(options: argparse.Namespace, output: CiOutput) -> None:

@@ -1,5 +1,6 @@
 """What CI reads of a run: JUnit, JSON against its schema, a baseline, a time-out, exit codes."""
 
+import argparse
 import io
 import json
 import os
@@ -8,17 +9,21 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import jsonschema
 import pytest
 import yaml
 
 from etb_hil.base.errors import InputError
+from etb_hil.base.plugins import remove_file
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.cli.ci_output import CiOutput
 from etb_hil.cli.main import main
 from etb_hil.cli.time_limit import TimeLimit
 from etb_hil.results.json_file import result_from_dict, results_schema
+from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.session.baseline import baseline_text, compare, load_baseline
 
 SHORT = """schema: etb_hil/scenario/1
@@ -151,6 +156,61 @@ def test_only_the_baseline_disagreeing_is_inconclusive(good, tmp_path, capsys):
     cases = ET.parse(tmp_path / "j.xml").iter("testcase")  # noqa: S314
     failing = [case.get("name") for case in cases if case.find("failure") is not None]
     assert failing == ["baseline T_st"]
+
+
+PEAK = """from etb_hil.plugins.measurements import Estimate, MeasurementKind
+
+
+def compute(run):
+    return Estimate(5.0, 4.9, 5.1)
+
+
+MEASUREMENT = MeasurementKind(
+    id="peak_current", name="peak current", unit="A", compute=compute, order=300, source="made up", too_high="x"
+)
+"""
+
+
+@pytest.fixture
+def with_plugin(tmp_path):
+    """Write a bench file with a plug-in that measures in A, and a baseline that expects N·m of it."""
+    plugin = tmp_path / "peak_current.py"
+    plugin.write_text(PEAK, "utf-8")
+    bench = tmp_path / "bench.yaml"
+    bench.write_text(find("bench", "virtual_classic").read_text("utf-8") + f"plugins: [{plugin.name}]\n", "utf-8")
+    numbers = "peak_current: {value: 1 N·m, tolerance: 5 %}"
+    yield bench, written(tmp_path, f"schema: etb_hil/baseline/1\nnumbers:\n  {numbers}\n")
+    remove_file(plugin)
+
+
+def test_a_wrong_unit_of_what_a_plug_in_measures_is_refused_before_a_run(with_plugin, tmp_path, capsys):
+    bench, baseline = with_plugin
+    out = tmp_path / "sessions"
+    assert main(["run", "--yes", "--bench", str(bench), "--baseline", str(baseline), "--out", str(out)]) == 2
+    assert "peak_current is measured in A (it is '1 N·m'); correct the unit" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_log_whose_bench_has_a_plug_in_is_held_against_a_baseline_as_a_run_is(good, with_plugin, capsys):
+    (session,) = (path.parent for path in good.glob("sessions/*/session.json"))
+    bench, baseline = with_plugin
+    assert main(["replay", str(session / "raw.blf"), "--bench", str(bench), "--baseline", str(baseline)]) == 2
+    said, words = capsys.readouterr()
+    assert "peak_current is measured in A" in words
+    assert "PASS" not in said
+
+
+def test_results_are_written_whatever_unit_the_baseline_has(results, tmp_path):
+    path = written(tmp_path, "schema: etb_hil/baseline/1\nnumbers:\n  own: {value: 1 N·m, tolerance: 5 %}\n")
+    own = Measurement("own", "own", 1.0, "A", 0.9, 1.1)
+    measured = Measurements([*results.measurements.values(), own])
+    junit, told = tmp_path / "j.xml", tmp_path / "r.json"
+    output = CiOutput(argparse.Namespace(junit=junit, json=told, baseline=path))
+    output.read_baseline(path)
+    assert output.add(replace(results, measurements=measured)) == 4
+    assert json.loads(told.read_text())["unit"]["verdict"] == "pass"
+    cases = ET.parse(junit).iter("testcase")  # noqa: S314
+    assert [case.get("name") for case in cases if case.find("failure") is not None] == ["baseline own"]
 
 
 def test_a_replay_is_held_against_a_baseline_as_a_run_is(good, tmp_path, capsys):

@@ -101,9 +101,11 @@ def test_a_value_that_is_neither_text_nor_number_is_refused_as_such(baseline, en
         baseline(f"{{T_st: {entry}}}")
 
 
-def test_a_value_in_another_unit_than_expected_is_an_error(baseline):
-    with pytest.raises(InputError, match="T_st is measured in ohm"):
-        compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of(t_st(0.2, "ohm")))
+@pytest.mark.parametrize("unit", ["ohm", "1", "smoots"])
+def test_a_value_in_another_unit_than_expected_does_not_agree(baseline, unit):
+    (found,) = compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of(t_st(0.2, unit)))
+    assert (found.found, found.agrees) == (f"0.2 {unit}".removesuffix(" 1"), False)
+    assert str(found) == f"T_st: expected 0.2 N·m within 5 %, found {found.found}"
 
 
 def test_what_was_not_measured_does_not_agree(baseline):
