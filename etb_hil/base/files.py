@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -67,6 +67,31 @@ def make_folder(folder: Path, remedy: str = REMEDY) -> Path:
     with refused_by_name(folder, remedy):
         folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def must_not_replace(outputs: Iterable[tuple[Path, str]], inputs: Iterable[Path]) -> None:
+    """Refuse outputs that would take the place of an input or of each other.
+
+    Each output comes with what to do where it is refused. Links are followed. Raises InputError before anything is
+    written, which names each such file.
+    """
+    named, read = list(outputs), list(inputs)
+    problems = []
+    for place, (path, remedy) in enumerate(named):
+        if taken := next((one for one in read if _is_same(one, path)), None):
+            problems.append(Problem("is read here, and the output would take its place", Place(taken), remedy=remedy))
+        if any(_is_same(path, other) for other, _ in named[:place]):
+            problems.append(Problem("two outputs would be written to one file", Place(path), remedy=remedy))
+    if problems:
+        raise InputError(*problems)
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    """Return whether two paths name one file, which need not be there yet."""
+    try:
+        return path.samefile(other)
+    except OSError:
+        return os.path.realpath(path) == os.path.realpath(other)
 
 
 @contextmanager

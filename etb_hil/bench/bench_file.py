@@ -127,13 +127,27 @@ def load_plugins(path: Path) -> None:
     is read without.
     """
     data, lines = parse(path)
-    names = data.get("plugins") if isinstance(data, dict) else None
-    for number, name in enumerate(names if isinstance(names, list) else ()):
-        file = path.parent / str(name)
+    for number, file in enumerate(_plugins_of(data, path)):
         if not file.is_file():
             place = Place(path, lines.get(("plugins", number)), f"plugins[{number}]")
+            name = data["plugins"][number] if isinstance(data, dict) else None
             raise InputError(Problem("no such Python file", place, name, remedy="check the path"))
         load(file)
+
+
+def files_named(path: Path) -> list[Path]:
+    """Return the files that a bench file names, whether or not it is right: plug-ins, the DBC and a store.
+
+    InputError where it cannot be read.
+    """
+    data, _ = parse(path)
+    names = [str(data[key]) for key in ("dbc", "store") if data.get(key)] if isinstance(data, dict) else []
+    return [*_plugins_of(data, path), *map(Path, names), *(path.parent / name for name in names)]
+
+
+def _plugins_of(data: object, path: Path) -> list[Path]:
+    names = data.get("plugins") if isinstance(data, dict) else None
+    return [path.parent / str(name) for name in names] if isinstance(names, list) else []
 
 
 def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:

@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 import sys
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -14,7 +15,7 @@ from etb_hil.base.files import refused_by_name, write_text
 from etb_hil.base.outcome import ExitCode
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from etb_hil.base.yamlfile import Document
     from etb_hil.report.junit import Reported
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from etb_hil.session.baseline import Baseline, Comparison
 
 STANDARD_OUTPUT = Path("-")
+_HEAD = 200  # bytes of a file that tell whether a run wrote it
 
 
 def add_ci_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,9 +73,29 @@ class CiOutput:
         self._json: Path | None = options.json
         self._baseline: Document[Baseline] | None = None
         self._runs: list[Reported] = []
-        for path in (self._junit, self._json):
-            if path is not None and path != STANDARD_OUTPUT:
-                _clear(path)
+
+    @property
+    def files(self) -> list[tuple[Path, str]]:
+        """The files that are written, each with what to do where it cannot be."""
+        named = [("--json", None if self.owns_standard_output else self._json), ("--junit", self._junit)]
+        return [(path, f"give {option} another file") for option, path in named if path is not None]
+
+    @contextmanager
+    def checking(self) -> Iterator[None]:
+        """Take away what an earlier run left, once a block has checked what this one reads.
+
+        Where the block refuses the run, the files that are inputs may be unknown: only what a run wrote is taken away.
+        """
+        try:
+            yield
+        except BaseException:
+            for path, _ in self.files:
+                if _is_of_a_run(path):
+                    with suppress(InputError):
+                        _clear(path)
+            raise
+        for path, _ in self.files:
+            _clear(path)
 
     def read_baseline(self, path: Path) -> None:
         """Read what each run is held against; InputError where it is wrong.
@@ -111,6 +133,16 @@ class CiOutput:
             _write(self._junit, junit_text(self._runs))
         screen = sys.stderr if self.owns_standard_output else sys.stdout
         return held_against(comparisons, results.code, screen)
+
+
+def _is_of_a_run(path: Path) -> bool:
+    """Return whether a file begins as the results of a run do, in JSON or JUnit's XML."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return False
+    return head.startswith(b'{\n "run_id": ') or (head.startswith(b"<?xml") and b'<testsuites name="etb-hil"' in head)
 
 
 def _clear(path: Path) -> None:

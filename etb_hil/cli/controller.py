@@ -48,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C or SIGTERM; print how late the host was."""
     from etb_hil.base.clock import WallClock
     from etb_hil.base.errors import InputError, Problem
+    from etb_hil.base.files import must_not_replace
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.steady import DEVICE, steady
     from etb_hil.base.stock import find
@@ -79,6 +80,9 @@ def run(args: argparse.Namespace) -> int:
     nominal = load_model(find("model", args.nominal or "default"))
     start_angle = None if args.start_angle is None else quantity_option("--start-angle", args.start_angle, "angle")
     ambient = quantity_option("--ambient", args.ambient, "temperature")
+    if args.log is not None:
+        inputs = [file, setup.dbc, find("model", args.unit), find("model", args.nominal or "default")]
+        must_not_replace([(args.log, "give --log another file")], inputs)
     clock = WallClock()
     with ExitStack() as stack:
         stop = stack.enter_context(StopSignals())

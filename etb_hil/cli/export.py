@@ -24,7 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the file, and say what it could not hold."""
-    from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.base.errors import InputError
+    from etb_hil.base.files import must_not_replace
+    from etb_hil.base.stock import find
     from etb_hil.canio.logs.reading import read_log
     from etb_hil.replays.export import export
 
@@ -32,8 +34,8 @@ def run(options: argparse.Namespace) -> int:
     if is_session and options.out.suffix.lower() == ".csv":
         return _table(options)
     raw = options.source / "raw.blf" if is_session else options.source
-    if options.out.exists() and raw.exists() and options.out.samefile(raw):
-        raise InputError(Problem("would be written over itself", Place(options.out), remedy="give another name"))
+    dbc = [] if options.dbc is None else [find("dbc", options.dbc)]
+    must_not_replace([(options.out, "give another name")], [raw, *dbc])
     log = read_log(raw)
     try:
         done = export(log, options.out, *_signals(options))

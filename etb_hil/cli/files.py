@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
     from etb_hil.bench.job import JobFiles
+    from etb_hil.cli.desk import Desk
 
 DEFAULTS = {"scenario": "friction_check", "bench": "virtual_classic", "model": "default", "limits": "default"}
 
@@ -22,6 +27,40 @@ def add_file_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--limits", help=f"limits of the part (default: {DEFAULTS['limits']})")
     parser.add_argument("--observer", help="observer of the friction torque (default: the bench file's)")
     parser.add_argument("--unit", help="model of the virtual unit, on a virtual bench (default: default)")
+
+
+def files_read(options: argparse.Namespace, desk: Desk | None) -> list[Path]:
+    """Return the files that a run reads, as far as they can be found: those named, and those that these name.
+
+    InputError where a bench file cannot be parsed: what it names is unknown then.
+    """
+    from etb_hil.base.plugins import files
+    from etb_hil.bench.bench_file import files_named
+    from etb_hil.store.address import STORE
+
+    named = [(kind, getattr(options, kind) or name) for kind, name in DEFAULTS.items() if kind != "bench"]
+    found = [*files(), options.out / STORE, *_found([*named, ("model", options.unit)])]
+    bench = _found([("bench", options.bench or DEFAULTS["bench"])]) if desk is None else [desk.bench]
+    found += [*bench, *(file for path in bench for file in files_named(path))]
+    if desk is not None:
+        found += [desk.document.path, desk.store.path]
+        for part in desk.document.content.parts:
+            kinds = ("scenario", "model", "limits", "dbc")
+            found += _found([(kind, getattr(part, kind)) for kind in kinds], desk.document.path)
+    return found if options.baseline is None else [*found, options.baseline]
+
+
+def _found(named: Iterable[tuple[str, str | None]], beside: Path | None = None) -> list[Path]:
+    """Return the files of some kinds and names, without those that are missing."""
+    from etb_hil.base.errors import InputError
+    from etb_hil.base.stock import find
+
+    paths = []
+    for kind, name in named:
+        if name is not None:
+            with suppress(InputError):
+                paths.append(find(kind, name, beside=beside))
+    return paths
 
 
 def job_files(options: argparse.Namespace) -> JobFiles:

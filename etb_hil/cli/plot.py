@@ -19,12 +19,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the picture, and print what it shows: each role's samples and range."""
     from etb_hil.api.recordings import read
+    from etb_hil.base.files import must_not_replace
     from etb_hil.report.recording_plot import plot_recording, range_text, worth_showing
 
+    page = options.out or Path(f"{options.data.resolve().stem}.svg")
+    named = (options.data, options.bench, options.map)
+    must_not_replace([(page, "give --out another file")], [Path(one) for one in named if one is not None])
     recording = read(options.data, bench=options.bench, columns=options.map)
     recording.origin = str(options.data)  # of a session its name, not that of the log in it
     roles = options.roles or worth_showing(recording)
-    page = options.out or Path(f"{options.data.resolve().stem}.svg")
     plot_recording(recording, roles, page)
     for role in roles:
         print(range_text(recording.series(role)))

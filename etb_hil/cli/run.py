@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.cli.ci_output import CiOutput, add_ci_arguments
-from etb_hil.cli.files import DEFAULTS, add_file_arguments
+from etb_hil.cli.files import DEFAULTS, add_file_arguments, files_read
 
 if TYPE_CHECKING:
     from etb_hil.base.outcome import ExitCode
@@ -52,29 +52,33 @@ def run(options: argparse.Namespace) -> int:
 
     Return the exit code.
     """
+    from etb_hil.base.files import must_not_replace
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_plugins
     from etb_hil.cli.keyboard import somebody_attends
     from etb_hil.cli.time_limit import TimeLimit
     from etb_hil.cli.units import Units
 
     output = CiOutput(options)
-    _refuse_contradictions(options, output)
-    time_limit = TimeLimit(options.timeout)
     attended = options.page is not None or (not options.yes and somebody_attends())
 
-    def prepared() -> Units:
-        desk = _desk(options)
-        if options.baseline is not None:
-            from etb_hil.bench.bench_file import load_plugins
-
-            load_plugins(_bench(options, desk))
-            output.read_baseline(options.baseline)
-        return Units(options, output, desk, attended)
+    def prepared() -> tuple[Units, TimeLimit]:
+        with output.checking():
+            _refuse_contradictions(options, output)
+            time_limit = TimeLimit(options.timeout)
+            desk = _desk(options)
+            if output.files:
+                must_not_replace(output.files, files_read(options, desk))
+            if options.baseline is not None:
+                load_plugins(find("bench", options.bench or DEFAULTS["bench"]) if desk is None else desk.bench)
+                output.read_baseline(options.baseline)
+        return Units(options, output, desk, attended), time_limit
 
     if options.page is not None:
         from etb_hil.cli.page_screen import run_for_page
 
-        return run_for_page(prepared, options)
-    units = prepared()
+        return run_for_page(lambda: prepared()[0], options)
+    units, time_limit = prepared()
     return _queue(units, time_limit) if options.batch else _one_unit(units, time_limit)
 
 
@@ -114,12 +118,6 @@ def _desk(options: argparse.Namespace) -> Desk | None:
 
     path = station_of(options)
     return None if path is None else Desk.open(options, path)
-
-
-def _bench(options: argparse.Namespace, desk: Desk | None) -> Path:
-    from etb_hil.base.stock import find
-
-    return find("bench", options.bench or DEFAULTS["bench"]) if desk is None else desk.bench
 
 
 def _refuse_contradictions(options: argparse.Namespace, output: CiOutput) -> None:

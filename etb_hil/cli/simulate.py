@@ -26,9 +26,12 @@ def run(options: argparse.Namespace) -> int:
     """Simulate, write the table, and say what is in it."""
     from etb_hil.api.models import as_model
     from etb_hil.api.simulation import simulate
+    from etb_hil.base.files import must_not_replace
     from etb_hil.recording.table_writer import check_writable, column_name
 
     check_writable(options.out)
+    named = (options.scenario, options.voltage, options.map, options.unit, options.model)
+    must_not_replace([(options.out, "give --out another file")], [Path(one) for one in named if one is not None])
     unit = as_model(options.unit)
     found = simulate(
         unit,

@@ -1,6 +1,7 @@
 """A file is there whole or not at all, whatever happens while it is written."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from etb_hil.base.errors import InputError
-from etb_hil.base.files import make_folder, replacing, write_text
+from etb_hil.base.files import make_folder, must_not_replace, replacing, write_text
 
 SLOW_WRITER = """
 import sys, time
@@ -103,3 +104,18 @@ def test_a_folder_below_a_file_cannot_be_made(tmp_path):
     assert make_folder(tmp_path / "a" / "b").is_dir()
     with pytest.raises(InputError, match="cannot be written: "):
         make_folder(tmp_path / "file" / "b")
+
+
+def test_an_output_takes_the_place_of_no_input_and_of_no_other_output(tmp_path):
+    read, new, link, way = (tmp_path / name for name in ("read", "new", "link", "way"))
+    read.write_text("x")
+    link.symlink_to(read)
+    way.symlink_to(tmp_path)
+    must_not_replace([(new, "a"), (tmp_path / "other", "b")], [read, link, tmp_path / "missing"])
+    for path in (read, link, way / "read", tmp_path / "." / "read"):
+        with pytest.raises(InputError, match=re.escape(f"{read}: is read here, and the output")):
+            must_not_replace([(path, "a")], [read])
+    with pytest.raises(InputError) as caught:
+        must_not_replace([(new, "a"), (link, "b"), (way / "new", "c")], [read])
+    assert [problem.remedy for problem in caught.value.problems] == ["b", "c"]
+    assert "two outputs would be written to one file" in str(caught.value)

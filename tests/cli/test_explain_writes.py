@@ -97,7 +97,7 @@ def test_no_file_that_is_read_is_written_over(table, option, name, is_answers, m
         Path("explanation.json").write_text(json.dumps(FOUND), "utf-8")
     model = [] if option == "--model" else ["--model", "default"]
     said = _refused([table, option, name, *model, "--out", "."], capsys, monkeypatch)
-    assert f"{name}: is read here, and the answer would take its place; give another folder with --out" in said
+    assert f"{name}: is read here, and the output would take its place; give another folder with --out" in said
     assert Path(name).read_text("utf-8") == text
 
 

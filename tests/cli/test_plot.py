@@ -28,6 +28,29 @@ def test_a_table_is_drawn_beside_the_reader(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "rig.svg").read_text("utf-8").startswith("<svg")
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["plot", "rig.csv", "--out", "rig.csv"],
+        ["plot", "rig.csv", "--map", "map.svg", "--out", "./map.svg"],
+        ["simulate", "--voltage", "rig.csv", "--out", "rig.csv"],
+        ["simulate", "--unit", "default", "--voltage", "rig.csv", "--map", "map.csv", "--out", "map.csv"],
+        ["export", "log.asc", "own.csv", "--dbc", "own.csv"],
+        ["export", "log.asc", "log.asc"],
+        ["controller", "--unit", "unit.yaml", "--bench", "vcan_classic", "--log", "unit.yaml"],
+    ],
+)
+def test_no_command_writes_over_what_it_reads(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    unit = find("model", "default").read_text("utf-8")
+    texts = {"rig.csv": TABLE, "map.svg": "", "map.csv": "", "log.asc": "", "own.csv": "", "unit.yaml": unit}
+    for name, text in texts.items():
+        Path(name).write_text(text, "utf-8")
+    assert main(words) == 2
+    assert "is read here, and the output would take its place; give" in capsys.readouterr().err
+    assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()} == texts
+
+
 @needs_data
 def test_a_vehicles_log_by_a_bench_file_that_only_listens(tmp_path, capsys):
     bench, passat = tmp_path / "passat.bench.yaml", DATA / "can_passat"

@@ -254,6 +254,68 @@ def test_files_of_an_earlier_run_are_gone_and_bad_places_refused_before_a_run(tm
     assert not (tmp_path / "s").exists()
 
 
+@pytest.mark.parametrize("option", ["--json", "--junit"])
+@pytest.mark.parametrize("name", ["bench", "scenario", "model", "limits", "baseline", "unit", "plugin", "dbc"])
+def test_a_file_that_a_run_reads_is_not_written_over(option, name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = {kind: f"{kind}.yaml" for kind in ("bench", "scenario", "model", "limits", "baseline", "unit")}
+    names |= {"plugin": "own_part.py", "dbc": "own.dbc"}
+    bench = find("bench", "virtual_classic").read_text("utf-8").replace("dbc: etb_controller", "dbc: own.dbc")
+    assert "own.dbc" in bench
+    texts = {file: find("model", "default").read_text("utf-8") for file in names.values()}
+    texts["bench.yaml"] = f"{bench}plugins: [own_part.py]\n"
+    for file, text in texts.items():
+        (tmp_path / file).write_text(text, "utf-8")
+    (tmp_path / "link").symlink_to(names[name])
+    files = [word for kind in ("bench", "model", "limits", "baseline", "unit") for word in (f"--{kind}", names[kind])]
+    assert main(["run", names["scenario"], *files, "--yes", option, "link"]) == 2
+    said = capsys.readouterr().err
+    assert f"{names[name]}: is read here, and the output would take its place; give {option} another file" in said
+    assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir() if path.name != "link"} == texts
+
+
+def test_what_a_station_and_the_environment_name_is_not_written_over(tmp_path, monkeypatch, capsys):
+    station = tmp_path / "line.yaml"
+    limits = find("limits", "default").read_text("utf-8")
+    (tmp_path / "own.yaml").write_text(limits, "utf-8")
+    part = "{number: default-throttle, revision: '1', approver: x, serial: A, limits: own.yaml, model: default}"
+    text = f"schema: etb_hil/station/1\nname: s\nbench: virtual_classic\nparts: [{part}]\nstore: own.db\n"
+    station.write_text(text, "utf-8")
+    plugin = tmp_path / "own_part.py"
+    for path in (plugin, tmp_path / "own.db", tmp_path / "s" / "results.db"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("# nothing", "utf-8")
+    monkeypatch.setenv("ETB_HIL_PLUGINS", str(plugin))
+    for path in (station, tmp_path / "own.yaml", tmp_path / "own.db", tmp_path / "s" / "results.db", plugin):
+        before = path.read_bytes()
+        command = ["run", "--station", str(station), "--serial", "A", "--out", str(tmp_path / "s")]
+        assert main([*command, "--json", str(path)]) == 2
+        assert "is read here" in capsys.readouterr().err
+        assert path.read_bytes() == before
+
+
+def test_json_and_junit_are_two_files(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "--yes", "--json", "a", "--junit", "./a"]) == 2
+    assert "two outputs would be written to one file; give --junit another file" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_where_the_inputs_are_unknown_only_results_of_an_earlier_run_are_gone(good, tmp_path, capsys):
+    bench, told, junit = (tmp_path / name for name in ("bench.yaml", "r.json", "j.xml"))
+    bench.write_text("plugins: [", "utf-8")
+    command = ["run", "--bench", str(bench), "--json", str(told), "--junit", str(junit)]
+    for path, source in ((told, "results.json"), (junit, "run.xml")):
+        path.write_bytes((good / source).read_bytes())
+    assert main(command) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["bench.yaml"]
+    for path in (told, junit):
+        path.write_text("of somebody", "utf-8")
+    assert main(command) == 2
+    assert told.read_text("utf-8") == junit.read_text("utf-8") == "of somebody"
+    assert "bench.yaml:1" in capsys.readouterr().err
+
+
 def test_json_on_standard_output_stands_alone(tmp_path, capfd):
     scenario = tmp_path / "short.yaml"
     scenario.write_text(SHORT.replace("60 s", "0.5 s"))

@@ -153,7 +153,7 @@ def test_what_cannot_be_exported_is_said(live, tmp_path, capsys):
         export([], tmp_path / "out.blf")
     raw = Path(live.session.folder) / "raw.blf"
     assert main(["export", str(live.session.folder), str(raw)]) == 2
-    assert "over itself" in capsys.readouterr().err
+    assert "is read here, and the output would take its place; give another name" in capsys.readouterr().err
     assert main(["export", str(live.session.folder), str(tmp_path / "out.log")]) == 0
     assert "frames read" in capsys.readouterr().out
 

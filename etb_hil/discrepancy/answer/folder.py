@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.files import must_not_replace
 from etb_hil.base.userfile import read_bytes
 from etb_hil.results.explanation import SCHEMA
 
@@ -20,9 +21,7 @@ _ELSEWHERE = "give another folder with --out"
 def must_not_lose(folder: Path, inputs: Iterable[Path], names: Iterable[str] = WRITTEN) -> None:
     """Refuse a folder in which an answer would overwrite an input or other files."""
     there = [folder / name for name in names if (folder / name).exists()]
-    if taken := [one for one in inputs if any(one.exists() and one.samefile(path) for path in there)]:
-        what = "is read here, and the answer would take its place"
-        raise InputError(*(Problem(what, Place(one), remedy=_ELSEWHERE) for one in taken))
+    must_not_replace(((path, _ELSEWHERE) for path in there), inputs)
     if there and not _is_answer(folder / ANSWER_NAME):
         what = f"holds {', '.join(path.name for path in there)}, but no answer that an explanation wrote"
         allowed = f"a folder without them, or one whose {ANSWER_NAME} has the schema {SCHEMA}"
