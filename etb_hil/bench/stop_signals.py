@@ -96,13 +96,19 @@ class StopSignals:
         """What asked for it, in words: the run screen's keys send the same signals."""
         return None if self.received is None else _CAUSES.get(self.received, self.received)
 
-    def raise_if_late(self) -> None:
-        """Raise KeyboardInterrupt where an order came too late for the run.
+    @property
+    def too_late(self) -> str:
+        """What to say of an order that came too late for the run; an empty text where none did.
 
         The order was an abort or a halt, and the run was over.
         """
-        if self.verb in {Verb.ABORT, Verb.HALT}:
-            raise KeyboardInterrupt(f"{self.cause} came once the run was over; its results stand")
+        is_late = self.verb in {Verb.ABORT, Verb.HALT}
+        return f"{self.cause} came once the run was over; its results stand" if is_late else ""
+
+    def raise_if_late(self) -> None:
+        """Raise KeyboardInterrupt where an order came too late for the run."""
+        if said := self.too_late:
+            raise KeyboardInterrupt(said)
 
     @contextlib.contextmanager
     def leaving(self) -> Iterator[None]:

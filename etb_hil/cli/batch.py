@@ -5,10 +5,12 @@ The next serial number is typed, scanned or piped in.
 
 from __future__ import annotations
 
+import os
 import sys
 import textwrap
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
@@ -17,6 +19,7 @@ from etb_hil.report.verdict import WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from etb_hil.results.run_result import RunResult
 
@@ -26,6 +29,24 @@ LONGEST = 80
 _UNJUDGED = (ExitCode.BENCH_FAULT, ExitCode.ABORTED)
 _ENDED_BY = {"stopped_by_operator": "stopped", "time_out": "timed out"}  # of runs without a verdict, by reason id
 RANKS = (ExitCode.BENCH_FAULT, ExitCode.UNIT_FAILED, ExitCode.INCONCLUSIVE, ExitCode.ABORTED, ExitCode.DONE)
+
+
+class Judged(NamedTuple):
+    """Results and exit code of a unit's run, and whether it is to be run again.
+
+    Somebody may have stopped it to run the unit from the start.
+
+    `session` is the folder of a run that began; `next_step` and `notes` are what a station says of it. `ended` says who
+    ended the command once the run was over: the run counts, and no other follows.
+    """
+
+    results: RunResult
+    code: ExitCode
+    again: bool = False
+    session: Path | None = None
+    next_step: str = ""
+    notes: tuple[str, ...] = ()
+    ended: str = ""
 
 
 @dataclass(slots=True)
@@ -40,9 +61,11 @@ class Tally:
 
     runs: dict[str, list[tuple[str, ExitCode]]] = field(default_factory=dict)
     not_run: list[str] = field(default_factory=list)  # numbers of a piped queue that were refused, or left
+    pending: str = ""  # of the unit whose run has not been counted yet
 
     def add(self, serial: str, results: RunResult, code: ExitCode) -> None:
         """Count a run."""
+        self.pending = ""
         outcome, reason = results.bench.outcome, results.bench.reason_id
         judged = str(results.unit.verdict) if outcome == BenchOutcome.OK else ""
         word = judged or ("bench fault" if outcome == BenchOutcome.FAULT else _ENDED_BY.get(reason, "aborted"))
@@ -80,29 +103,39 @@ class Tally:
 
 
 def run_batch(
-    run_unit: Callable[[str, str], tuple[RunResult, ExitCode, bool]],
+    run_unit: Callable[[str, str, Callable[[Judged], None]], Judged],
     check: Callable[[str], str],
     *,
     attended: bool,
 ) -> ExitCode:
     """Run unit after unit until there are no more; return the exit code of the worst.
 
-    `check(text)` returns a serial number that may be tested, or raises InputError; `run_unit(serial, before)` runs one,
-    shows its verdict and returns its results, its exit code, and whether somebody stopped it to run it again. Where
+    `check(text)` returns a serial number that may be tested, or raises InputError; `run_unit(serial, before, count)`
+    runs one, shows its verdict, calls `count` with it before an interrupt can raise, and returns it. Where
     nobody attends the queue, a number that is refused is told and passed over, and a bench fault ends the queue, for
-    the next units would meet the same; so does whoever stops a run, for nobody is there to say when to go on.
+    the next units would meet the same; so does whoever stops a run, for nobody is there to say when to go on. After an
+    interrupt, too, the units that were judged are counted, and those that wait are named.
     """
     tally, last, again = Tally(), "", False
+
+    def count(judged: Judged) -> None:
+        tally.add(tally.pending, judged.results, judged.code)
+
     try:
         while (serial := _next_serial(last, check, tally, attended=attended, again=again)) is not None:
             before = f"last: {last} {tally.runs[last][-1][0]}; so far {tally}" if last else ""
-            results, code, again = run_unit(serial, before)
-            tally.add(serial, results, code)
-            last = serial
+            tally.pending = serial
+            judged = run_unit(serial, before, count)
+            last, again = serial, judged.again
             print(f"  Tally    {tally}\n")
-            if code in _UNJUDGED and not attended:
+            if judged.ended:
+                raise KeyboardInterrupt(judged.ended)  # noqa: TRY301 (caught below as any other interrupt)
+            if judged.code in _UNJUDGED and not attended:
                 tally.not_run += filter(None, map(str.strip, sys.stdin))
                 break
+    except KeyboardInterrupt:
+        tally.not_run += filter(None, [tally.pending, *([] if attended else _waiting(sys.stdin))])
+        raise
     finally:  # whatever ends the queue, what came of its units is said
         print("\n".join([f"Batch ended: {tally}", *tally.table()]))
     return tally.exit_code
@@ -126,6 +159,18 @@ def _next_serial(last: str, check: Callable[[str], str], tally: Tally, *, attend
             if not attended:
                 tally.not_run.append(serial)
     return None
+
+
+def _waiting(source: TextIO) -> list[str]:
+    """Return the numbers that wait in a pipe; who still writes into it is not waited for."""
+    lines: list[str] = []
+    with suppress(OSError, ValueError):  # without a file number it is a text that is there as a whole
+        os.set_blocking(source.fileno(), False)
+    with suppress(OSError, ValueError, TypeError):  # Python's readers raise where a pipe has nothing to read
+        lines.extend(line.strip() for line in iter(source.readline, ""))
+    with suppress(OSError, ValueError):
+        os.set_blocking(source.fileno(), True)
+    return lines
 
 
 def _asked(question: str) -> str | None:

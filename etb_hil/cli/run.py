@@ -11,11 +11,13 @@ from etb_hil.cli.ci_output import CiOutput, add_ci_arguments
 from etb_hil.cli.files import DEFAULTS, add_file_arguments, files_read
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from etb_hil.base.outcome import ExitCode
+    from etb_hil.cli.batch import Judged
     from etb_hil.cli.desk import Desk
     from etb_hil.cli.time_limit import TimeLimit
     from etb_hil.cli.units import Units
-    from etb_hil.results.run_result import RunResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,6 +93,8 @@ def _one_unit(units: Units, time_limit: TimeLimit) -> ExitCode:
     while True:
         with time_limit:
             judged = units.run(serial)
+        if judged.ended:
+            raise KeyboardInterrupt(judged.ended)
         if not (judged.again and ask_again(serial)):
             return judged.code
 
@@ -105,10 +109,9 @@ def _queue(units: Units, time_limit: TimeLimit) -> ExitCode:
     elif units.attended and (unfit := units.desk.why_unfit()):
         print(wrapped(f"The bench may not judge units: {unfit}."))
 
-    def run_in_time(serial: str, before: str) -> tuple[RunResult, ExitCode, bool]:
+    def run_in_time(serial: str, before: str, count: Callable[[Judged], None]) -> Judged:
         with time_limit:
-            judged = units.run(serial, before)
-            return judged.results, judged.code, judged.again
+            return units.run(serial, before, count)
 
     return run_batch(run_in_time, units.check, attended=units.attended)
 

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.job import deliver, prepare
 from etb_hil.bench.stop_signals import StopSignals
-from etb_hil.cli.batch import checked_serial
+from etb_hil.cli.batch import Judged, checked_serial
 from etb_hil.cli.files import job_files
 from etb_hil.cli.first_start import compiling_shared
 from etb_hil.cli.not_run import faulted, interrupted
@@ -25,28 +24,11 @@ from etb_hil.report.verdict import verdict_text
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Callable
 
-    from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import JobFiles
     from etb_hil.cli.ci_output import CiOutput
     from etb_hil.cli.desk import Desk
-    from etb_hil.results.run_result import RunResult
-
-
-class Judged(NamedTuple):
-    """Results and exit code of a unit's run, and whether it is to be run again.
-
-    Somebody may have stopped it to run the unit from the start.
-
-    `session` is the folder of a run that began; `next_step` and `notes` are what a station says of it.
-    """
-
-    results: RunResult
-    code: ExitCode
-    again: bool = False
-    session: Path | None = None
-    next_step: str = ""
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,22 +73,30 @@ class Units:
                 )
         return self.screens[files]
 
-    def run(self, serial: str, before: str = "", held: StopSignals | None = None) -> Judged:
+    def run(
+        self,
+        serial: str,
+        before: str = "",
+        count: Callable[[Judged], None] | None = None,
+        held: StopSignals | None = None,
+    ) -> Judged:
         """Run a unit and show its verdict; `before` is what came of those before it.
 
-        Whoever gives `held` keeps holding it, and looks for an order that came too late.
+        `count` is called before an interrupt can end the command: what was judged is counted. Whoever gives `held`
+        keeps holding it, and looks for an order that came too late.
         """
         words = sys.stderr if self.output.owns_standard_output else sys.stdout
         screen = self.screen_for(serial)
         signals = held or StopSignals()
         try:
             judged = self._judged(screen, serial, before, words, signals)
+            if count is not None:
+                count(judged)
         finally:
             if held is None:
                 signals.let_go()
-        if held is None and judged.results.bench.outcome is BenchOutcome.OK:
-            signals.raise_if_late()
-        return judged
+        is_too_late = held is None and judged.results.bench.outcome is BenchOutcome.OK
+        return judged._replace(ended=signals.too_late if is_too_late else "")
 
     def _judged(self, screen: Screen, serial: str, before: str, words: TextIO, signals: StopSignals) -> Judged:
         try:

@@ -1,13 +1,14 @@
 """A queue of units: which run of a unit counts, what its exit code is, and what ends it."""
 
 import io
+import os
 import sys
 
 import pytest
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict
-from etb_hil.cli.batch import LONGEST, Tally, ask_again, checked_serial, read_serial, run_batch, wrapped
+from etb_hil.cli.batch import LONGEST, Judged, Tally, ask_again, checked_serial, read_serial, run_batch, wrapped
 from etb_hil.results.run_result import Bench, RunResult, Unit
 
 CODES = {"pass": 0, "fail": 10, "inconclusive": 4, "aborted": 5, "fault": 3}
@@ -27,11 +28,14 @@ def queue(monkeypatch, capsys):
         monkeypatch.setattr(sys, "stdin", io.StringIO(lines))
         coming, ran = iter(outcomes), []
 
-        def run_unit(serial, before):
+        def run_unit(serial, before, count):
             word = next(coming)
             ran.append((serial, before))
             bench = word if word in {"aborted", "fault"} else "ok"
-            return result(bench, word if bench == "ok" else None), ExitCode(CODES[word]), word == "aborted"
+            results = result(bench, word if bench == "ok" else None)
+            judged = Judged(results, ExitCode(CODES[word]), word == "aborted")
+            count(judged)
+            return judged
 
         code = run_batch(run_unit, checked_serial, attended=attended)
         return code, ran, capsys.readouterr().out
@@ -86,6 +90,60 @@ def test_a_bench_fault_ends_a_queue_that_nobody_attends_and_names_who_is_left(qu
     assert len(queue("A\nB\n", ["fault", "pass"])[1]) == 2
 
 
+def ended(stdin, run_unit, monkeypatch, capsys, *, attended=False):
+    """Return the table of a queue that an interrupt ends, and the words of the interrupt."""
+    monkeypatch.setattr(sys, "stdin", stdin)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        run_batch(run_unit, checked_serial, attended=attended)
+    return capsys.readouterr().out.partition("Batch ended: ")[2], str(caught.value)
+
+
+@pytest.mark.parametrize(("attended", "left"), [(False, "  not run       B\n  not run       C\n"), (True, "")])
+def test_a_unit_that_was_judged_before_an_interrupt_is_counted(attended, left, monkeypatch, capsys):
+    def late(_serial, _before, count):
+        judged = Judged(result("ok", "pass"), ExitCode.DONE, ended="SIGTERM came once the run was over")
+        count(judged)
+        return judged
+
+    table, words = ended(io.StringIO("A\nB\n\nC\n"), late, monkeypatch, capsys, attended=attended)
+    assert table == f"1 unit: 1 pass\n  pass          A\n{left}"
+    assert words == "SIGTERM came once the run was over"
+
+    def later(serial, before, count):
+        late(serial, before, count)
+        raise KeyboardInterrupt
+
+    table, _ = ended(io.StringIO("A\nB\nC\n"), later, monkeypatch, capsys, attended=attended)
+    assert table == f"1 unit: 1 pass\n  pass          A\n{left}"
+
+
+@pytest.mark.parametrize("attended", [False, True])
+def test_a_unit_whose_run_an_interrupt_kept_from_beginning_is_named(attended, monkeypatch, capsys):
+    def before_it_began(*_):
+        raise KeyboardInterrupt("SIGTERM")
+
+    table, _ = ended(io.StringIO("A\n"), before_it_began, monkeypatch, capsys, attended=attended)
+    assert table == "no unit\n  not run       A\n"
+
+
+def test_who_still_writes_into_the_pipe_of_a_queue_is_not_waited_for(monkeypatch, capsys):
+    reading, writing = os.pipe()
+
+    def interrupted(serial, *_):
+        assert serial == "A"
+        os.write(writing, b"C\n")
+        raise KeyboardInterrupt
+
+    os.write(writing, b"A\nB\n")
+    try:
+        with os.fdopen(reading) as pipe:
+            table, _ = ended(pipe, interrupted, monkeypatch, capsys)
+            assert os.get_blocking(reading)
+    finally:
+        os.close(writing)
+    assert [line.split()[-1] for line in table.splitlines()[1:]] == ["A", "B", "C"]
+
+
 def test_whoever_stops_a_run_of_a_queue_that_nobody_attends_ends_the_queue(queue):
     _, ran, said = queue("A\nB\nC\n", ["aborted"], attended=False)
     assert len(ran) == 1
@@ -118,9 +176,11 @@ def test_a_repeat_that_would_be_refused_is_not_offered(monkeypatch, capsys):
             raise InputError(Problem("the unit was judged already", value=serial))
         return serial
 
-    def run_unit(serial, _before):
+    def run_unit(serial, _before, count):
         seen.add(serial)
-        return result("ok", "pass"), ExitCode.DONE, False
+        judged = Judged(result("ok", "pass"), ExitCode.DONE)
+        count(judged)
+        return judged
 
     monkeypatch.setattr(sys, "stdin", io.StringIO("A\nq\n"))
     run_batch(run_unit, once, attended=True)
@@ -195,9 +255,11 @@ def test_enter_alone_repeats_nothing_that_was_judged_or_would_be_refused(queue, 
 
     ran = []
 
-    def run_unit(serial, _before):
+    def run_unit(serial, _before, count):
         ran.append(serial)
-        return result("aborted", None), ExitCode.ABORTED, True
+        judged = Judged(result("aborted", None), ExitCode.ABORTED, again=True)
+        count(judged)
+        return judged
 
     monkeypatch.setattr(sys, "stdin", io.StringIO("A\n\nq\n"))
     run_batch(run_unit, check, attended=True)

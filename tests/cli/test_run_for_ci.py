@@ -24,6 +24,7 @@ from etb_hil.cli.main import main
 from etb_hil.cli.time_limit import TimeLimit
 from etb_hil.results.json_file import result_from_dict, results_schema
 from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.session.analysis import Analysis
 from etb_hil.session.baseline import baseline_text, compare, load_baseline
 
 SHORT = """schema: etb_hil/scenario/1
@@ -241,6 +242,23 @@ def test_a_queue_from_a_pipe_is_one_junit_file_in_plain_lines(tmp_path, monkeypa
     assert max(map(len, out.splitlines())) <= 200
     assert "Batch ended: 2 units: 2 inconclusive\n  inconclusive  A-1\n  inconclusive  A-2" in out
     assert [suite.get("name") for suite in ET.parse(junit).getroot()] == ["short - A-1", "short - A-2"]  # noqa: S314
+
+
+def test_a_unit_that_was_judged_when_the_command_was_ended_is_in_the_tally(tmp_path, monkeypatch, capfd):
+    scenario = tmp_path / "short.yaml"
+    scenario.write_text(SHORT.replace("60 s", "0.5 s"))
+    judge = Analysis.finish
+
+    def struck(*arguments, **options):
+        os.kill(os.getpid(), signal.SIGTERM)
+        return judge(*arguments, **options)
+
+    monkeypatch.setattr(Analysis, "finish", struck)
+    monkeypatch.setattr(sys, "stdin", io.StringIO("A-1\nA-2\n"))
+    assert main(["run", str(scenario), "--batch", "--out", str(tmp_path)]) == 5
+    out, words = capfd.readouterr()
+    assert "Batch ended: 1 unit: 1 inconclusive\n  inconclusive  A-1\n  not run       A-2" in out
+    assert "SIGTERM came once the run was over; its results stand" in words
 
 
 def test_files_of_an_earlier_run_are_gone_and_bad_places_refused_before_a_run(tmp_path, capsys):
