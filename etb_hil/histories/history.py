@@ -24,6 +24,7 @@ from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
 from etb_hil.store.run import Run
 
+Limits = tuple[float | None, float | None]  # the lower and the upper one
 FRICTION = ("T_st", "T_c")  # what the table of runs and the plots over temperature show
 
 
@@ -37,6 +38,8 @@ class NumberHistory:
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
     their latest runs, one value a unit. `shape` is their distribution: on it rest the capability and `tolerance_limit`,
     which less than 1 % of such units exceed, with 95 % confidence. What the runs cannot tell is None.
+    `differing_limits` are those that the runs state, without repeats, where none of them applies to all charted
+    values: `limit_low` and `limit_high` are None then.
     """
 
     id: str
@@ -58,6 +61,7 @@ class NumberHistory:
     drifts: list[Drift]
     looked_at: int
     rises: Rises | None
+    differing_limits: list[Limits]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,8 +146,11 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     is_torque = declared is not None and declared.is_friction
     chart = control_chart(of_units, 0.0 if is_torque else -math.inf)
     shape = distribution(of_units, by_shares=is_torque)
-    limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
-    low, high = _limits(limits, warmth if effect is not None else None)
+    stated = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
+    if effect is None:
+        (low, high), differing = _limits_of([stated[latest[unit]] for unit in charted])
+    else:
+        (low, high), differing = _limits_at_reference(stated, warmth)
     # The law is one for all: where it errs, it moves all units the same way.
     unsure = np.sign(warmth - REFERENCE) * uncertainty if effect is not None else uncertainty
     common = abs(float(unsure[[latest[unit] for unit in charted]].mean())) if charted else 0.0
@@ -162,6 +169,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
         tolerance_limit(shape) if is_friction else None,
         None if chart is None else capability(chart, shape, low, high, common), low, high,
         None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,
+        differing,
     )  # fmt: skip
 
 
@@ -171,16 +179,23 @@ def _unit(name: str, runs: Sequence[Run]) -> str:
     return kind.unit if kind is not None else next(run.numbers[name].unit for run in runs if name in run.numbers)
 
 
-def _limits(
-    stated: list[tuple[float | None, float | None]], warmth: Float64 | None
-) -> tuple[float | None, float | None]:
-    """Return the limits that values are held against.
+def _limits_of(stated: Sequence[Limits]) -> tuple[Limits, list[Limits]]:
+    """Return the limits of values that are compared as measured, and those that differ.
 
-    They are among those stated (n) for each run at its temperature (n) in degC.
-
-    Values that were brought to 20 degC (`warmth` is given) are held against a limit of about that temperature; none
-    is known where limits follow the temperature and no run came within 5 K.
+    A limit applies where the run of every charted value states it (`stated`, n). One that follows the temperature, or
+    was changed, would be too wide or too narrow for the others.
     """
-    if warmth is not None and len(set(stated)) > 1:
-        stated = [limit for limit, at in zip(stated, warmth, strict=True) if abs(at - REFERENCE) <= LEAST_SPREAD]
-    return stated[-1] if stated else (None, None)
+    distinct = list(dict.fromkeys(stated))
+    return (distinct[0], []) if len(distinct) == 1 else ((None, None), distinct)
+
+
+def _limits_at_reference(stated: Sequence[Limits], warmth: Float64) -> tuple[Limits, list[Limits]]:
+    """Return the limits of values that were brought to 20 degC, and those that differ.
+
+    They are the latest of those stated (n) within 5 K of it, at temperatures `warmth` (n) in degC.
+    """
+    distinct = list(dict.fromkeys(stated))
+    if len(distinct) == 1:
+        return distinct[0], []
+    near = [limit for limit, at in zip(stated, warmth, strict=True) if abs(at - REFERENCE) <= LEAST_SPREAD]
+    return (near[-1], []) if near else ((None, None), distinct)

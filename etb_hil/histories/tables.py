@@ -100,6 +100,7 @@ def _number(number: NumberHistory) -> dict[str, Any]:
         "unit": number.unit,
         "limit_low": number.limit_low,
         "limit_high": number.limit_high,
+        "differing_limits": number.differing_limits,
         "temperature": None if number.temperature is None else asdict(number.temperature),
         "control_chart": None
         if chart is None

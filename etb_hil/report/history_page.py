@@ -122,6 +122,8 @@ def _badges(number: NumberHistory) -> list[tuple[str, str]]:
             badges.append((tone, f"Ppk {index.value:.2f} ({index.low:.2f} to {index.high:.2f})"))
         elif has_limit:
             badges.append(("unsure", "no capability: distribution unknown"))
+        elif number.differing_limits:
+            badges.append(("unsure", "no capability: limits differ"))
     if number.gauge is not None:
         badges.append((_TONES[number.gauge.verdict], f"gauge {number.gauge.verdict}"))
     if number.drifts or (number.rises is not None and number.rises.found):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -102,6 +102,8 @@ def statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Population", _population(number.tolerance_limit, len(number.charted), number.temperature)
     if number.capability is not None and number.shape is not None:
         yield "Capability", _capability(number.capability, number, by_quantiles=not number.shape.is_normal)
+    elif number.chart is not None and number.differing_limits:
+        yield "Capability", _no_limit(number)
     if number.gauge is not None:
         yield "Gauge R&R", _gauge(number.gauge, number.unit)
     if number.rises is not None:
@@ -180,6 +182,25 @@ def _capability(found: Capability, number: NumberHistory, *, by_quantiles: bool)
     if not found.steady:
         text += f" The process is not in control, so {index} describes the past only."
     return text
+
+
+def _no_limit(number: NumberHistory) -> str:
+    sides = zip(("lower", "upper"), zip(*number.differing_limits, strict=True), strict=True)
+    stated = "; ".join(_side(name, limits, number.unit) for name, limits in sides if len(set(limits)) > 1)
+    if number.temperature is not None:
+        why = f"and none of them within {LEAST_SPREAD:.0f} K of {REFERENCE:.0f} °C. Test a unit at that temperature."
+    else:
+        why = "and values are compared as measured. Judge all units by the same limits"
+        if number.id in FRICTION:
+            why += f", or test {FEWEST_UNITS} units at temperatures {LEAST_SPREAD:.0f} K apart for a temperature law"
+        why += "."
+    return f"none. The runs state different limits ({stated}), {why}"
+
+
+def _side(name: str, limits: Sequence[float | None], unit: str) -> str:
+    known = [limit for limit in limits if limit is not None]
+    several = f"{plain(min(known), unit)} to " if len(set(known)) > 1 else ""
+    return f"{name} {several}{quantity(max(known), unit)}{', or none' if len(known) < len(limits) else ''}"
 
 
 def _index(index: Index) -> str:

@@ -179,8 +179,62 @@ def test_capability_is_of_one_temperature():
     reach = (number.shape.high - number.shape.median) * number.chart.sigma / number.chart.values.std(ddof=1)
     assert half == pytest.approx(np.hypot(without, 0.01 / reach))
     warm = [run for run in runs if run.temperature > 25.0]
-    assert histories(warm)[0].numbers[0].temperature is not None
-    assert histories(warm)[0].numbers[0].capability is None
+    of_warm = histories(warm)[0]
+    assert of_warm.numbers[0].temperature is not None
+    assert (of_warm.numbers[0].limit_high, of_warm.numbers[0].capability) == (None, None)
+    assert number.differing_limits == []
+    assert of_warm.numbers[0].differing_limits == [
+        (None, limit) for limit in dict.fromkeys(run.numbers["T_st"].limit_high for run in warm)
+    ]
+    text = " ".join(history_text(of_warm, 5).split())
+    assert "Capability none. The runs state different limits (upper 0." in text
+    assert "and none of them within 5 K of 20 °C. Test a unit at that temperature." in text
+
+
+def with_limits(run, low, high):
+    return replace(run, numbers={"T_st": run.numbers["T_st"]._replace(limit_low=low, limit_high=high)})
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (None, 0.4, "upper 0.260 to 0.400 N·m"),
+        (None, None, "upper 0.260 N·m, or none"),
+        (0.05, 0.26, "lower 0.050 N·m, or none"),
+        (0.05, 0.4, "lower 0.050 N·m, or none; upper 0.260 to 0.400 N·m"),
+    ],
+)
+def test_without_a_law_of_temperature_a_limit_applies_to_all_charted_units_or_to_none(low, high, words):
+    """One more unit at -20 degC, where another limit holds, leaves no limit for the others at 20 degC."""
+    runs = [with_limits(run, None, 0.26) for run in made_up.production(13, 26, repeats=1)]
+    alike = histories(runs)[0].numbers[0]
+    assert (alike.temperature, alike.limit_high, alike.differing_limits) == (None, 0.26, [])
+    assert alike.capability is not None
+    for place in (0, 13, 26):
+        cold = with_limits(made_up.run(100, "cold", 0.17, temperature=-20.0), low, high)
+        history = histories([*runs[:place], cold, *runs[place:]])[0]
+        number = history.numbers[0]
+        assert number.temperature is None
+        assert (number.limit_low, number.limit_high, number.capability) == (None, None, None)
+        assert set(number.differing_limits) == {(None, 0.26), (low, high)}
+        assert len(number.differing_limits) == 2
+        text = " ".join(history_text(history, 5).split())
+        assert f"Capability none. The runs state different limits ({words}), and values are compared as" in text
+        assert "as measured. Judge all units by the same limits, or test 3 units at temperatures 5 K apart" in text
+
+
+def test_the_limit_of_an_earlier_run_does_not_matter_to_the_latest_one_of_its_unit():
+    runs = [with_limits(run, None, 0.26) for run in made_up.production(13, 12, repeats=2)]
+    earlier = with_limits(made_up.run(-1, "U003", 0.17), None, 0.4)
+    number = histories([earlier, *runs])[0].numbers[0]
+    assert (number.limit_high, number.differing_limits) == (0.26, [])
+    assert number.capability == histories(runs)[0].numbers[0].capability
+
+
+def test_of_few_units_differing_limits_are_not_said():
+    runs = [with_limits(made_up.run(k, f"U{k}", 0.17 + 0.001 * k), None, 0.26 + 0.01 * k) for k in range(7)]
+    assert "Capability" not in history_text(histories(runs)[0], 5)
+    assert histories(runs)[0].numbers[0].limit_high is None
 
 
 def test_temperature_is_found_inside_units_alone():
