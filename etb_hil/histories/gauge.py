@@ -6,15 +6,20 @@ The study is a crossed study by analysis of variance.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import fdtrc
 
-from etb_hil.recording.samples import Float64
+from etb_hil.recording.samples import Float64, Int64
 
 GOOD, USABLE = 0.10, 0.30  # shares of the study's variation up to which a gauge is (AIAG, MSA, 4th edition 2010, II.D)
 ENOUGH_CATEGORIES = 5  # groups of units that a gauge must distinguish (likewise)
+ENOUGH_UNITS = 10  # that a study has to have (likewise)
+_MOST_TRIED = 8  # benches of which all sets are tried: 255
 POOLED_ABOVE = 0.25  # an interaction less significant than this goes into repeatability (AIAG, MSA)
 
 
@@ -144,29 +149,67 @@ def balanced(cells: dict[tuple[str, str], list[float]]) -> tuple[list[str], list
     The study is units, benches and values (units, benches, trials).
 
     `cells` maps (unit, bench) to values in order of time; the latest ones are taken. A study needs two units, each
-    twice on every bench of it; more benches come first, then more values.
+    twice on every bench of it. Studies of two benches or more come first, since they alone tell reproducibility; then
+    those of ten units or more, which the manual requires; then the one of most values, and of most units among those.
+    Of up to eight benches all sets are tried; of more, the best pair and what it becomes by one bench after another.
     """
-    benches = sorted({bench for _, bench in cells})
-    units = sorted({unit for unit, _ in cells})
-    best: tuple[tuple[int, int], list[str], list[str], int] | None = None
-    most = max((len(values) for values in cells.values()), default=0)
-    for trials in range(2, most + 1):
-        full = {b: {u for u in units if len(cells.get((u, b), ())) >= trials} for b in benches}
-        some = [b for b in benches if len(full[b]) > 1]
-        together = (
-            some if len(some) > 1 and len(set.intersection(*(full[b] for b in some))) > 1 else _fullest(some, full)
-        )
-        if not together:
-            break
-        shared = sorted(set.intersection(*(full[b] for b in together)))
-        size = (len(together), len(shared) * trials)
-        if best is None or size > best[0]:
-            best = (size, shared, together, trials)
-    if best is None:
+    again = [cell for cell, values in cells.items() if len(values) > 1]
+    units, benches = (sorted({cell[k] for cell in again}) for k in (0, 1))
+    counts = np.array([[len(cells.get((unit, bench), ())) for bench in benches] for unit in units], dtype=np.int64)
+    best = max((_size(counts, together) for together in _sets_of(counts)), key=_rank, default=_NONE)
+    if not best.values:
         return None
-    _, shared, together, trials = best
-    return shared, together, np.array([[cells[u, b][-trials:] for b in together] for u in shared])
+    together = [benches[k] for k in best.together]
+    shared = [units[k] for k in np.flatnonzero(counts[:, best.together].min(axis=1) >= best.trials)]
+    return shared, together, np.array([[cells[unit, b][-best.trials :] for b in together] for unit in shared])
 
 
-def _fullest(benches: list[str], full: dict[str, set[str]]) -> list[str]:
-    return [max(benches, key=lambda bench: len(full[bench]))] if benches else []
+class _Size(NamedTuple):
+    """A crossed study that the runs hold: its criteria in order of preference, its trials and its benches' places."""
+
+    has_reproducibility: bool
+    has_enough_units: bool
+    values: int
+    units: int
+    trials: int
+    together: tuple[int, ...]
+
+
+_NONE = _Size(False, False, 0, 0, 0, ())
+
+
+def _rank(size: _Size) -> tuple[bool, bool, int, int]:
+    return size[:4]
+
+
+def _size(counts: Int64, together: tuple[int, ...]) -> _Size:
+    """Return the largest study on some benches, of how often each unit ran on each bench (units, benches)."""
+    trials = np.sort(counts[:, together].min(axis=1))[::-1]  # the first k units have trials[k - 1] runs on each bench
+    units = np.arange(1, len(trials) + 1)
+    values = np.where((units > 1) & (trials > 1), units * trials * len(together), 0)
+    enough = values * (units >= ENOUGH_UNITS)
+    has_enough = bool(enough.any())
+    chosen = enough if has_enough else values
+    if not chosen.any():
+        return _NONE
+    last = int(np.flatnonzero(chosen == chosen.max())[-1])
+    return _Size(len(together) > 1, has_enough, int(chosen[last]), last + 1, int(trials[last]), together)
+
+
+def _sets_of(counts: Int64) -> Iterator[tuple[int, ...]]:
+    """Yield sets of benches: all of few; of many each one, each pair, and the best pair as it grows.
+
+    Each bench that is added is the one with which the study stays the largest.
+    """
+    places = range(counts.shape[1]) if counts.size else range(0)
+    exhaustive = len(places) <= _MOST_TRIED
+    for count in places if exhaustive else (0, 1):
+        yield from combinations(places, count + 1)
+    if exhaustive:
+        return
+    grown = max(combinations(places, 2), key=lambda pair: _rank(_size(counts, pair)))
+    while len(grown) < len(places):
+        grown = max(
+            (tuple(sorted((*grown, k))) for k in places if k not in grown), key=lambda some: _rank(_size(counts, some))
+        )
+        yield grown

@@ -13,7 +13,7 @@ from etb_hil.histories.capability import Capability, Index
 from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.drift import FEWEST as LEAST
 from etb_hil.histories.drift import Drift
-from etb_hil.histories.gauge import ENOUGH_CATEGORIES, GOOD, USABLE, GaugeStudy
+from etb_hil.histories.gauge import ENOUGH_CATEGORIES, ENOUGH_UNITS, GOOD, USABLE, GaugeStudy
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.histories.rise import Rises
 from etb_hil.histories.shift import RUN_LENGTH
@@ -218,8 +218,8 @@ def _gauge(study: GaugeStudy, unit: str) -> str:
     else:
         text += f"AV {_spread(study.reproducibility, unit)}, "
     text += f"PV {spread_text(study.part, unit)}"
-    if study.units < 10:
-        text += "; the MSA manual requires 10 units"
+    if study.units < ENOUGH_UNITS:
+        text += f"; the MSA manual requires {ENOUGH_UNITS} units"
     limits = f"{100 * GOOD:.0f} and {100 * USABLE:.0f} %, {ENOUGH_CATEGORIES} categories"
     return f"{text}. This gauge is {study.verdict.upper()} (limits: {limits})."
 

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.stats import f as f_distribution
 
 from etb_hil.histories.drift import Drift, Point, deviations, drifts
@@ -276,6 +278,90 @@ def test_the_largest_crossed_study_is_found():
     assert values.size == 6
     units, benches, values = balanced({(u, b): [1.0, 2.0] for u in "ab" for b in "xy"} | {("c", "y"): [1.0] * 9})
     assert (units, benches, values.tolist()) == (["a", "b"], ["x", "y"], [[[1.0, 2.0]] * 2] * 2)
+
+
+def crossed(units, benches, runs):
+    return {(u, b): [float(k) for k in range(runs)] for u in units for b in benches}
+
+
+TEN = [f"u{k}" for k in range(10)]
+OTHERS = ["x1", "x2"]
+
+
+@pytest.mark.parametrize(
+    ("more", "units", "benches", "trials"),
+    [
+        (crossed(OTHERS, "C", 3), TEN, "AB", 3),  # a bench with units of its own
+        (crossed([TEN[0], *OTHERS], "C", 3), TEN, "AB", 3),  # that shares one unit
+        (crossed(TEN[:2], "C", 9), TEN, "AB", 3),  # or two: 2 x 3 x 3 are fewer values
+        (crossed(TEN, "C", 3), TEN, "ABC", 3),
+        (crossed(OTHERS, "CD", 3), TEN, "AB", 3),
+        (crossed([*TEN, *OTHERS], "CD", 3), TEN, "ABCD", 3),
+        (crossed([*TEN, *OTHERS], "CD", 9), [*TEN, *OTHERS], "CD", 9),
+    ],
+)
+def test_the_largest_crossed_study_is_that_of_some_benches(more, units, benches, trials):
+    found_units, found_benches, values = balanced(crossed(TEN, "AB", 3) | more)
+    assert (found_units, found_benches) == (sorted(units), list(benches))
+    assert values.shape == (len(units), len(benches), trials)
+
+
+def test_two_benches_come_before_ten_units_and_these_before_many_values():
+    nine = crossed(TEN, "AB", 2) | crossed(TEN[:9], "AB", 9)
+    assert balanced(nine)[2].shape == (10, 2, 2)
+    del nine["u9", "A"]
+    assert balanced(nine)[2].shape == (9, 2, 9)
+    assert balanced(crossed(TEN, "A", 9) | crossed(TEN[:2], "B", 2))[2].shape == (2, 2, 2)
+
+
+def test_of_studies_of_as_many_values_the_one_of_most_units_is_taken():
+    assert balanced(crossed("abc", "A", 2) | crossed("ab", "A", 3))[2].shape == (3, 1, 2)
+    assert balanced(crossed("abc", "A", 4) | crossed("abcdef", "A", 2))[2].shape == (6, 1, 2)
+    assert balanced(crossed("ab", "AB", 3) | crossed("abc", "AB", 2))[:2] == (["a", "b", "c"], ["A", "B"])
+
+
+def best_by_all_sets(cells):
+    """Return the criteria of the largest study, by every set of units and benches."""
+    units, benches = ({cell[k] for cell in cells} for k in (0, 1))
+    best = None
+    for some_units in (c for n in range(2, len(units) + 1) for c in itertools.combinations(units, n)):
+        for some in (c for n in range(1, len(benches) + 1) for c in itertools.combinations(benches, n)):
+            trials = min(len(cells.get((u, b), ())) for u in some_units for b in some)
+            if trials > 1:
+                size = (len(some) > 1, len(some_units) * len(some) * trials, len(some_units))
+                best = max(best or size, size)
+    return best
+
+
+@given(st.lists(st.lists(st.integers(0, 5), min_size=4, max_size=4), min_size=1, max_size=5))
+def test_no_set_of_units_and_benches_is_a_larger_study(counts):
+    cells = {
+        (f"u{k}", f"b{j}"): [float(n) for n in range(count)]
+        for k, row in enumerate(counts)
+        for j, count in enumerate(row)
+    }
+    found = balanced(cells)
+    expected = best_by_all_sets(cells)
+    assert (found is None) == (expected is None)
+    if found is not None:
+        units, benches, values = found
+        assert (len(benches) > 1, values.size, len(units)) == expected
+        assert values.shape[:2] == (len(units), len(benches))
+        trials = values.shape[2]
+        assert values.tolist() == [[cells[u, b][-trials:] for b in benches] for u in units]
+
+
+@pytest.mark.parametrize("count", [8, 9, 12])
+def test_of_many_benches_those_that_share_units_are_found(count):
+    """Most benches have units of their own, three share ten, two more share some of those."""
+    benches = [f"b{k:02d}" for k in range(count)]
+    cells = {cell: runs for b in benches for cell, runs in crossed([f"{b}u1", f"{b}u2"], [b], 9).items()}
+    shared = [benches[1], benches[4], benches[-1]]
+    cells |= crossed(TEN, shared, 3) | crossed(TEN[:4], [benches[0], benches[5]], 3)
+    assert balanced(cells)[:2] == (TEN, shared)
+    alone = {cell: runs for cell, runs in cells.items() if cell[0] not in TEN} | crossed(TEN, benches[3:4], 2)
+    units, of, values = balanced(alone)
+    assert (units, of, values.shape) == (["b03u1", "b03u2", *TEN], benches[3:4], (12, 1, 2))
 
 
 def risen(values, warmth, units=None, started=None):
