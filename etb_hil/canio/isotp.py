@@ -79,9 +79,10 @@ class IsoTpEnd:
         return bool(self._out or self._rest)
 
     def reset(self) -> None:
-        """Give up what is being received or sent."""
+        """Give up what is being received or sent, and what was received and not yet taken."""
         self._into, self._rest, self._awaits_flow_control = None, b"", False
         self._out.clear()
+        self.received.clear()
 
     def send(self, payload: bytes) -> None:
         """Begin to send a message.

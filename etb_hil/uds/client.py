@@ -5,12 +5,13 @@ Messages are made and read by udsoncan; only their timing is ours, since time is
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from udsoncan import Response
 from udsoncan.ResponseCode import ResponseCode
-from udsoncan.services import ReadDataByPeriodicIdentifier
+from udsoncan.services import ReadDataByIdentifier, ReadDataByPeriodicIdentifier
 
 from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames
 from etb_hil.canio.isotp import IsoTpEnd, TransportError, TransportTiming
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 NEGATIVE = 0x7F
 PERIODIC_BEGINS = b"\x6a"
+_PENDING = bytes([ResponseCode.RequestCorrectlyReceived_ResponsePending])
+_ECHOED = {0x10: 1, 0x19: 1, 0x22: 2, 0x27: 1, 0x31: 3, 0x3E: 1}  # bytes that a positive response repeats, by service
+_SUPPRESS = 0x80  # bit of a sub-function, which a response does not repeat
 _KINDS = {"N_TIMEOUT_Bs": "uds_no_answer", "N_TIMEOUT_Cr": "uds_no_answer"}
 
 
@@ -33,10 +37,28 @@ class UdsError(Exception):
         self.reason_id = reason_id
 
 
+@dataclass(slots=True)
+class _Asked:
+    """A request as its response is known by: service and what it repeats; `until_ns` is when that may still come."""
+
+    service: int
+    echo: bytes
+    until_ns: int = 0
+
+    def is_answered_by(self, payload: bytes) -> bool:
+        """Return whether a response may be that to this request; a negative one repeats the service alone."""
+        if payload[0] == NEGATIVE:
+            return payload[1:2] == bytes([self.service])
+        return payload[0] == self.service + 0x40 and payload[1:].startswith(self.echo)
+
+
 class UdsClient:
     """One request at a time.
 
     `step` is to be called often, with every frame that was seen on the bus since.
+
+    A unit that is slow or wakes up may answer a request that was given up. Such an answer is passed over for P2* from
+    then on, the longest that ISO 14229-2 lets a unit take. It is a second tester's where no request explains it.
     """
 
     def __init__(self, settings: UdsSettings) -> None:
@@ -45,6 +67,9 @@ class UdsClient:
         frames_ns = round(timing.frames * 1e9)
         self._end = IsoTpEnd(TransportTiming(frames_ns, frames_ns), settings.padding)
         self._service: int | None = None  # of the request that waits for its response
+        self._asked = _Asked(0, b"")
+        self._given_up: list[_Asked] = []
+        self._now_ns = 0
         self._name = ""
         self._asked_ns = self._due_ns = 0
         self._p2_ns, self._p2_star_ns = (round((wait + timing.transport) * 1e9) for wait in (timing.p2, timing.p2_star))
@@ -61,7 +86,9 @@ class UdsClient:
         self._end.reset()
         self._end.send(payload)
         self._service, self._name = payload[0], request.service.get_name() if request.service else hex(payload[0])
-        self._asked_ns, self._due_ns, self._pending = now_ns, 0, 0
+        self._asked = _Asked(payload[0], _echo_of(payload))
+        self._now_ns = self._asked_ns = now_ns
+        self._due_ns = self._pending = 0
 
     @property
     def is_idle(self) -> bool:
@@ -69,8 +96,11 @@ class UdsClient:
         return self._service is None
 
     def give_up(self) -> None:
-        """Forget the request that waits."""
+        """Give up the request that waits; an answer to it that comes late is passed over."""
         self._end.reset()
+        if self._service is not None:
+            self._asked.until_ns = self._now_ns + self._p2_star_ns
+            self._given_up = [*self._still_explained(self._now_ns), self._asked]
         self._service = None
 
     def step(self, now_ns: int, frames: FrameBlock) -> tuple[FrameBlock | None, Response | None]:
@@ -80,6 +110,7 @@ class UdsClient:
 
         Raises UdsError where there is none in time, where it is none of this request, or somebody else asks the unit.
         """
+        self._now_ns = now_ns
         try:
             self._take(frames)
             response = self._response(now_ns)
@@ -118,6 +149,9 @@ class UdsClient:
         """
         while self._end.received:
             payload = self._end.received.popleft()
+            is_ours = self._service is not None and self._asked.is_answered_by(payload)
+            if not is_ours and self._is_late(payload, now_ns):
+                continue
             if self._service is None:
                 raise UdsError("uds_second_tester", "the unit answers what this bench did not ask")
             response = _response_of(payload)
@@ -135,6 +169,21 @@ class UdsClient:
             return response
         return None
 
+    def _is_late(self, payload: bytes, now_ns: int) -> bool:
+        """Return whether a response is that to a request that was given up; each explains one final response."""
+        self._given_up = self._still_explained(now_ns)
+        late = next((one for one in self._given_up if one.is_answered_by(payload)), None)
+        if late is None:
+            return False
+        if payload[0] == NEGATIVE and payload[2:3] == _PENDING:
+            late.until_ns = now_ns + self._p2_star_ns
+        else:
+            self._given_up.remove(late)
+        return True
+
+    def _still_explained(self, now_ns: int) -> list[_Asked]:
+        return [one for one in self._given_up if now_ns <= one.until_ns]
+
     def _require_in_time(self, now_ns: int) -> None:
         if self._end.is_sending or self._end.is_receiving:
             self._due_ns = max(self._due_ns, now_ns + self._p2_ns)  # the transport has its own time-outs
@@ -146,6 +195,13 @@ class UdsClient:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited:.1f} s; {said}")
         if now_ns > self._due_ns:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited * 1e3:.0f} ms")
+
+
+def _echo_of(payload: bytes) -> bytes:
+    """Return what a positive response to a request repeats of it."""
+    echo = payload[1 : 1 + _ECHOED.get(payload[0], 0)]
+    has_sub_function = payload[0] != ReadDataByIdentifier.request_id()
+    return bytes([echo[0] & ~_SUPPRESS]) + echo[1:] if echo and has_sub_function else echo
 
 
 def _response_of(payload: bytes) -> Response:

@@ -113,6 +113,13 @@ def test_it_waits_as_long_as_it_is_told_to_and_no_longer():
     assert not end.is_sending
 
 
+def test_what_was_received_before_a_reset_is_gone():
+    end = IsoTpEnd()
+    end.take(0, bytes.fromhex("023e00"))
+    end.reset()
+    assert not end.received
+
+
 @pytest.mark.parametrize(("code", "expected"), [(0, 0), (0x7F, 127 * MS), (0xF1, MS // 10), (0x80, 127 * MS)])
 def test_separation_times(code, expected):
     assert separation_ns(code) == expected

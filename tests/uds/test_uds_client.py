@@ -1,13 +1,16 @@
 """Our client against a server that is not ours: can-isotp's logic with answers made by udsoncan."""
 
 import pytest
-from uds_bench import UDS, Bench, OtherEnd
-from udsoncan import Dtc, Request, Response
+from uds_bench import LEARN, MS, UDS, Bench, OtherEnd
+from udsoncan import AsciiCodec, Dtc, Request, Response
+from udsoncan.services import ReadDataByIdentifier
 
+from etb_hil.bench.unit_talk import UnitTalk
 from etb_hil.canio.bus.link import VirtualLink
-from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.frames import FrameBlock, classic_frames, concatenate_frames
 from etb_hil.uds import conversation
-from etb_hil.uds.client import UdsError
+from etb_hil.uds.client import UdsClient, UdsError
+from etb_hil.uds.settings import UdsSettings
 
 TEXTS = {0xF18C: "ETB-0042", 0xF187: "a part number that is too long for one frame", 0xF195: "1.4.2"}
 
@@ -91,3 +94,127 @@ def test_one_request_at_a_time(bench):
         bench.client.ask(conversation.ClearDiagnosticInformation.make_request(0xFFFFFF), 0)
     bench.client.give_up()
     assert bench.client.step(0, FrameBlock.empty()) == (None, None)
+
+
+POLLED = UdsSettings(
+    request=0x7E0,
+    response=0x7E8,
+    trouble_codes=False,
+    data={"temperature": {"id": 0x1234, "unit": "degC", "every": "50 ms"}},
+)
+P2_STAR_MS = 5100  # with what is added for the way
+
+
+def read(number):
+    return ReadDataByIdentifier.make_request([number], {number: AsciiCodec(1)})
+
+
+def said(ms, *payloads):
+    """Return single frames of the unit at a time in ms."""
+    data = [bytes([len(payload) // 2]) + bytes.fromhex(payload) for payload in payloads]
+    return concatenate_frames([classic_frames(ms * MS, POLLED.response, [one.ljust(8, b"\xcc")]) for one in data])
+
+
+def given_up(number):
+    """Return a client that gave a request of an identifier up, and when, in ms."""
+    client = UdsClient(POLLED)
+    client.ask(read(number), 0)
+    for ms in range(1000):
+        try:
+            client.step(ms * MS, FrameBlock.empty())
+        except UdsError as error:
+            assert error.reason_id == "uds_no_answer"  # noqa: PT017 (the time at which it comes is wanted)
+            client.give_up()
+            return client, ms
+    raise AssertionError
+
+
+@pytest.mark.parametrize("answer", ["62f19041", "7f2231"])
+@pytest.mark.parametrize("after", [20, P2_STAR_MS])
+def test_a_late_answer_to_a_request_that_was_given_up_is_passed_over_once(answer, after):
+    client, gone = given_up(0xF190)
+    assert client.step((gone + after) * MS, said(gone + after, answer)) == (None, None)
+    with pytest.raises(UdsError, match="did not ask") as caught:
+        client.step((gone + after) * MS, said(gone + after, answer))
+    assert caught.value.reason_id == "uds_second_tester"
+
+
+@pytest.mark.parametrize(
+    ("answer", "after"),
+    [("62f19041", P2_STAR_MS + 1), ("62f19141", 20), ("7f1911", 20), ("5902", 20)],
+)
+def test_what_no_request_explains_is_a_second_testers(answer, after):
+    client, gone = given_up(0xF190)
+    with pytest.raises(UdsError) as caught:
+        client.step((gone + after) * MS, said(gone + after, answer))
+    assert caught.value.reason_id == "uds_second_tester"
+
+
+def test_response_pending_of_a_request_that_was_given_up_makes_it_later():
+    client, gone = given_up(0xF190)
+    for later in (5000, 10_000, 15_000):
+        assert client.step((gone + later) * MS, said(gone + later, "7f2278")) == (None, None)
+    assert client.step((gone + 20_000) * MS, said(gone + 20_000, "62f19041")) == (None, None)
+
+
+def test_a_late_answer_is_not_taken_for_that_to_the_next_request():
+    client, gone = given_up(0xF190)
+    client.ask(read(0xF18C), gone * MS)
+    client.step(gone * MS, FrameBlock.empty())
+    assert client.step((gone + 10) * MS, said(gone + 10, "62f19041"))[1] is None
+    assert client.step((gone + 20) * MS, said(gone + 20, "62f18c42"))[1].data == bytes.fromhex("f18c42")
+    client.ask(read(0xF18C), (gone + 30) * MS)
+    client.step((gone + 30) * MS, FrameBlock.empty())
+    with pytest.raises(UdsError, match="cut short"):  # the late one has come: no request explains another
+        conversation.hold(
+            conversation.read_identity(POLLED.model_copy(update={"identification": {"serial": 0xF18C}}), {}),
+            lambda _: client.step((gone + 40) * MS, said(gone + 40, "62f19041"))[1],
+        )
+
+
+@pytest.mark.parametrize(
+    ("request_made", "answer"),
+    [
+        (conversation.keep_session, "7e00"),
+        (conversation.clear_codes, "54"),
+        (conversation.close_session, "5001003201f4"),
+        (lambda: conversation.start_routine(LEARN), "7101" + f"{LEARN.id:04x}" + "00"),
+        (lambda: conversation.read_codes(UDS), "5902ff"),
+    ],
+)
+def test_late_answers_of_other_services_are_known_by_what_they_repeat(request_made, answer):
+    client = UdsClient(POLLED)
+    client.ask(next(request_made()), 0)
+    client.step(0, FrameBlock.empty())
+    client.give_up()
+    assert client.step(300 * MS, said(300, answer)) == (None, None)
+    with pytest.raises(UdsError):
+        client.step(300 * MS, said(300, answer))
+
+
+class HandClock:
+    """A clock that a test sets."""
+
+    ns = 0
+
+    def now_ns(self):
+        return self.ns
+
+
+@pytest.mark.parametrize("spread_ms", [0, 5, 30])
+def test_a_unit_that_wakes_up_slowly_and_answers_all_requests_is_no_second_tester(spread_ms):
+    """It sleeps for 400 ms: three requests wait by then, and it answers one after another."""
+    clock = HandClock()
+    talk = UnitTalk(POLLED, clock)
+    due, asked = [], 0
+    for ms in range(0, 3000, 5):
+        clock.ns = ms * MS
+        arrived = [one for at, one in due if at <= ms]
+        due = [(at, one) for at, one in due if at > ms]
+        out = talk.hear(concatenate_frames(arrived) if arrived else FrameBlock.empty())
+        if out is not None and len(out):
+            asked += 1
+            at = max([ms + 4, 404, *(before + spread_ms for before, _ in due)])
+            due.append((at, said(at, "6212340014")))
+        talk.check()
+    assert asked > 40  # once in 50 ms, from when it is awake
