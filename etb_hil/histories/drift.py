@@ -13,7 +13,7 @@ import numpy as np
 
 from etb_hil.recording.samples import Float64
 
-FALSE_ALARMS = 0.01  # chance that a whole report without any drift holds an alarm
+FALSE_ALARMS = 0.01  # chance that a report without any drift (one part, one scenario) holds an alarm
 FEWEST = 8  # values, of which a trend is looked for
 _MOST_COMPARED = 1000  # points, of whose pairs the slope is the median
 _NEAREST = 4  # values of other units that tell what a bench did about then
@@ -70,26 +70,33 @@ def deviations(time: Float64, values: Float64, units: Sequence[str], benches: Se
     return sorted(points, key=lambda point: point.time)
 
 
-def drifts(points: Sequence[Point]) -> tuple[list[Drift], int]:
+def series_of(points: Sequence[Point]) -> int:
+    """Return how many benches and units have enough values for a trend."""
+    return sum(len(_groups(points, key)) for key in ("bench", "unit"))
+
+
+def drifts(points: Sequence[Point], others: int = 0) -> tuple[list[Drift], int]:
     """Return the benches, then the units, that drift, and how many were looked at.
 
     `points` (sorted by time) are those of `deviations`. A trend is Kendall's; all tests of one report share a chance
-    of false alarm of 1 %. A bench drifts where the trend stays without any one of its units; of a unit on a bench that
-    drifts, what the other units did there is taken out.
+    of false alarm of 1 % (Bonferroni): those of these points, and of `others` series of its other measurements. A
+    bench drifts where the trend stays without any one of its units; of a unit on a bench that drifts, what the other
+    units did there is taken out.
     """
     by_bench = _groups(points, "bench")
     by_unit = _groups(points, "unit")
     looked_at = len(by_bench) + len(by_unit)
+    tests = looked_at + others
     found: list[Drift] = []
     for name, group in by_bench.items():
-        if _rank_trend(group).p * looked_at < FALSE_ALARMS and _is_shared(group):
+        if _rank_trend(group).p * tests < FALSE_ALARMS and _is_shared(group):
             found.append(_drift("bench", name, group))
     drifting = {drift.name for drift in found}
     for name, group in by_unit.items():
         own = {p.bench for p in group}
         others = {bench: [p for p in by_bench[bench] if p.unit != name] for bench in own & drifting}
         group = [_apart(p, others.get(p.bench, ())) for p in group]  # noqa: PLW2901
-        if _rank_trend(group).p * looked_at < FALSE_ALARMS:
+        if _rank_trend(group).p * tests < FALSE_ALARMS:
             alone = not any(p.bench in own and p.unit != name for p in points)
             found.append(replace(_drift("unit", name, group), alone=alone))
     return found, looked_at

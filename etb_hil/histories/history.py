@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds, n
 from etb_hil.histories.capability import Capability, capability
 from etb_hil.histories.control_chart import ControlChart, control_chart
 from etb_hil.histories.distribution import Distribution, distribution
-from etb_hil.histories.drift import Drift, deviations, drifts
+from etb_hil.histories.drift import Drift, Point, deviations, drifts, series_of
 from etb_hil.histories.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import Rises, rises
 from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect, unit_laws
@@ -108,14 +108,18 @@ def _numbers(runs: list[Run]) -> list[NumberHistory]:
     """
     judged = {name for run in runs for name, one in run.numbers.items() if one.has_limit}
     found: dict[str, NumberHistory] = {}
+    points: dict[str, list[Point]] = {}
     for name in (*measurement_kinds(), *sorted(judged - measurement_kinds().keys())):
         if name in judged or name in FRICTION:
-            found[name] = _number(name, runs, found)
-    return list(found.values())
+            found[name], points[name] = _number(name, runs, found)
+    series = sum(number.looked_at for number in found.values())  # which share one chance of false alarm
+    return [
+        replace(number, drifts=drifts(points[name], series - number.looked_at)[0]) for name, number in found.items()
+    ]
 
 
-def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> NumberHistory:
-    """Return the history of a measurement.
+def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> tuple[NumberHistory, list[Point]]:
+    """Return the history of a measurement without its drifts, and the points that tell these.
 
     Friction follows the temperature by a law of its own, which is taken out; what friction is a part of has that part's
     temperature taken out; all others are compared as measured.
@@ -160,7 +164,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     study = balanced(cells)
     time = np.array([runs[at[k]].at.timestamp() for k in sound])
     names, benches = [units[k] for k in sound], [runs[at[k]].bench for k in sound]
-    drifting, looked_at = drifts(deviations(time, compared[sound], names, benches))
+    points = deviations(time, compared[sound], names, benches)
     risen = None
     if is_friction:
         risen = rises([runs[k].started for k in at], values, warmth, units, laws)
@@ -168,9 +172,9 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
         name, name_of(name), _unit(name, runs), at, values, compared, uncertainty, effect, charted, chart, shape,
         tolerance_limit(shape) if is_friction else None,
         None if chart is None else capability(chart, shape, low, high, common), low, high,
-        None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,
+        None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), [], series_of(points), risen,
         differing,
-    )  # fmt: skip
+    ), points  # fmt: skip
 
 
 def _unit(name: str, runs: Sequence[Run]) -> str:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import f as f_distribution
 
-from etb_hil.histories.drift import Drift, Point, deviations, drifts
+from etb_hil.histories.drift import Drift, Point, deviations, drifts, series_of
 from etb_hil.histories.gauge import ENOUGH_CATEGORIES, USABLE, AnovaRow, GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import rises
 from etb_hil.histories.temperature import unit_laws
@@ -84,6 +84,18 @@ def test_the_more_is_looked_at_the_surer_a_trend_has_to_be():
     assert (found, looked_at) == ([], 28)
     found, _ = drifts(nearly + others[: 8 * 16])  # twenty places: 5.0e-4
     assert [one.name for one in found] == ["u"]
+
+
+def test_series_of_other_measurements_count_as_well():
+    """Of eight values that rise, p is 2/8!, or 5.0e-5: of 201 series 1 % is less."""
+    assert series_of(line(7)) == 0
+    assert series_of(line(8)) == 2
+    assert series_of([*line(8), *line(8, unit="v", start=0.5), *line(7, unit="w", bench="c", start=0.2)]) == 3
+    found, looked_at = drifts(line(8), 199)
+    assert ([one.name for one in found], looked_at) == (["u"], 2)
+    assert drifts(line(8), 200) == ([], 2)
+    shared = [*line(8), *line(8, unit="v", start=0.5)]
+    assert [one.kind for one in drifts(shared, 1000)[0]] == ["bench"]
 
 
 def test_a_bench_drifts_where_no_single_unit_makes_it():

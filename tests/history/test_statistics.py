@@ -18,6 +18,7 @@ from etb_hil.histories.tables import rows
 from etb_hil.histories.temperature import MOST_UNCERTAINTY, REFERENCE, unit_laws
 from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.report.history_text import history_text
+from etb_hil.store.run import Measured
 
 # AIAG, Measurement Systems Analysis, 4th edition (2010), figure III-B 15: ten parts, three appraisers, three trials.
 AIAG = """
@@ -331,6 +332,53 @@ def test_of_many_runs_a_bench_drifts_where_no_single_unit_is_the_reason():
 def test_no_drift_no_alarm():
     alarms = sum(bool(drifts_of(made_up.golden(seed, 24, ("G1", "G2", "G3")))) for seed in range(150))
     assert alarms <= 5  # 1 % of 150 is 1.5; more than 5 would be seen once in 250 times
+
+
+def test_the_more_measurements_a_report_has_the_surer_a_drift_has_to_be():
+    """Twelve measurements that are independent, three series each: 1 % of reports hold an alarm, not 1 % of each."""
+    rng = np.random.default_rng(4)
+    alarms, reports = 0, 150
+    for _ in range(reports):
+        runs = [
+            made_up.run(
+                k,
+                "uv"[k % 2],
+                0.17,
+                numbers={
+                    f"made_up_{j:02d}": Measured(float(value), None, None, None, 9.0, "V")
+                    for j, value in enumerate(1.0 + 0.02 * rng.standard_normal(12))
+                },
+            )
+            for k in range(20)
+        ]
+        numbers = [number for number in histories(runs)[0].numbers if number.at]
+        assert [number.looked_at for number in numbers] == [3] * 12
+        alarms += any(number.drifts for number in numbers)
+    assert alarms <= 5  # 1 % of 150 is 1.5; of 12 % are 18
+
+
+def test_a_drift_is_an_alarm_by_all_that_the_report_looks_at():
+    """Eight values of which one pair is exchanged: p is 16/8!, or 4.0e-4; 24 series leave it an alarm, 26 do not."""
+    shares = [0.0, 0.01, 0.02, 0.04, 0.03, 0.05, 0.06, 0.07]
+
+    def numbers(more):
+        """Return a report whose first measurement drifts: two series, and two of each other measurement."""
+        return histories(
+            [
+                made_up.run(
+                    k,
+                    "u",
+                    0.17,
+                    numbers={"T_st": Measured(0.17 * (1.0 + share), None, None, None, None)}
+                    | {f"other_{j:02d}": Measured(1.0, None, None, None, 9.0, "V") for j in range(more)},
+                )
+                for k, share in enumerate(shares)
+            ]
+        )[0].numbers
+
+    assert [one.name for one in numbers(11)[0].drifts] == ["u"]  # 24 series, 2 x 12
+    assert numbers(12)[0].drifts == []  # 26
+    assert all(not number.drifts for number in numbers(11)[1:])
 
 
 def test_values_at_one_instant_have_no_trend():
