@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.histories.rounding import without_rounding
 from etb_hil.histories.shift import Shifts, shifts
 from etb_hil.recording.samples import Float64
 
@@ -71,27 +72,31 @@ def control_chart(values: Float64, least: float = -math.inf) -> ControlChart | N
     """Return the chart of values (n) in order of time, None of fewer than eight.
 
     Shewhart's individuals and moving range, with the first three of Nelson's tests (Journal of Quality Technology 16,
-    1984): a value beyond three sigma, nine on one side of the centre, six steadily rising or falling.
+    1984): a value beyond three sigma, nine on one side of the centre, six steadily rising or falling. Values that do
+    not scatter have no signals; rounding counts as no difference.
     """
     if len(values) < FEWEST:
         return None
-    ranges = np.abs(np.diff(values))
+    ranges = np.abs(without_rounding(np.diff(values), values))
     centre, sigma = float(values.mean()), float(ranges.mean()) / D2
-    departures = (values - centre) / sigma if sigma > 0.0 else np.zeros(len(values))
+    departures = without_rounding(values - centre, values) / sigma if sigma > 0.0 else np.zeros(len(values))
     return ControlChart(values, ranges, centre, sigma, nelson_signals(values, centre, sigma), shifts(departures), least)
 
 
 def nelson_signals(values: Float64, centre: float, sigma: float) -> dict[int, str]:
     """Return the places of values (n) that one of three rules signals, with why."""
     signals: dict[int, str] = {}
+    if sigma == 0.0:
+        return signals
     reach = 3.0 * sigma
     side = steady = 0
-    for index, value in enumerate(values):
-        above = math.copysign(1.0, value - centre) if value != centre else 0.0
-        side = int(above) if above == 0.0 or side * above < 0.0 else side + int(above)
-        step = 0.0 if index == 0 else float(np.sign(value - values[index - 1]))
-        steady = int(step) if step == 0.0 or steady * step < 0.0 else steady + int(step)
-        if abs(value - centre) > reach:
+    departures = without_rounding(values - centre, values)
+    sides = np.sign(departures).astype(int).tolist()
+    steps = np.sign(without_rounding(np.diff(values, prepend=values[:1]), values)).astype(int).tolist()
+    for index, (above, step) in enumerate(zip(sides, steps, strict=True)):
+        side = above if above == 0 or side * above < 0 else side + above
+        steady = step if step == 0 or steady * step < 0 else steady + step
+        if abs(departures[index]) > reach:
             signals[index] = "beyond the limits"
         elif abs(side) >= _SIDE:
             signals[index] = f"{abs(side)} in a row on one side of the centre"

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import betainc, gammainc, gammaincinv, gammaln
 
 from etb_hil.histories.control_chart import FEWEST
+from etb_hil.histories.rounding import scatters
 from etb_hil.recording.samples import Float64
 
 REJECTED = 0.05  # p-value below which a family does not describe the values
@@ -62,7 +63,7 @@ def distribution(values: Float64, *, by_shares: bool = False) -> Distribution | 
     that at 5 %. Then Pearson type III by L-moments, unless a bootstrapped Cramer-von Mises test rejects it; from 2,731
     values on the empirical one in its place.
     """
-    if len(values) < FEWEST or not np.ptp(values) > 0.0 or (by_shares and not np.all(values > 0.0)):
+    if len(values) < FEWEST or not scatters(values) or (by_shares and not np.all(values > 0.0)):
         return None
     family = LOGNORMAL if by_shares else NORMAL
     p = _normal_p(np.log(values) if by_shares else values)

@@ -110,6 +110,37 @@ def test_a_shift_is_found_whatever_the_unit(scale, offset):
     assert control_chart(scale * values + offset).shifts.signals == found
 
 
+@pytest.mark.parametrize("value", [0.1, 0.17, 0.3, 1 / 3, 0.35, -0.3, 0.0, 3e5])
+@pytest.mark.parametrize("count", [8, 9, 10, 11, 12, 13, 40])
+def test_values_that_do_not_scatter_have_no_signals(value, count):
+    """The mean of eleven times 0.3 is 0.29999999999999993, which is below all of them."""
+    chart = control_chart(np.full(count, value))
+    assert (chart.sigma, chart.signals, chart.is_steady) == (0.0, {}, True)
+    rounded = control_chart(value * (1.0 + 1e-15 * np.arange(count)))
+    assert (rounded.sigma, rounded.signals, rounded.is_steady) == (0.0, {}, True)
+    assert distribution(rounded.values) is None
+
+
+def test_rounding_is_no_side_of_the_centre():
+    """Ten times 0.3 between values as far above as below: their mean is 0.3 but for rounding."""
+    values = np.array([0.2, 0.4] * 4 + [0.3] * 11 + [0.4, 0.2] * 4)
+    assert 0.0 < abs(values.mean() - 0.3) < 1e-15
+    assert control_chart(values).signals == {}
+
+
+def test_rounding_is_no_step():
+    rising = np.array([0.3, 0.1, 0.2, 0.2 * (1 + 1e-15), 0.2 * (1 + 2e-15), 0.2 * (1 + 3e-15), 0.4, 0.1, 0.3])
+    assert control_chart(rising).signals == {}
+    steps = np.array([0.3, 0.1, 0.2, 0.21, 0.22, 0.23, 0.4, 0.1, 0.3])
+    assert control_chart(steps).signals == {6: "6 in a row rising"}
+
+
+@pytest.mark.parametrize(("step", "signals"), [(0.5e-12, {}), (2e-12, {6: "6 in a row rising"})])
+def test_a_millionth_of_a_millionth_is_rounding(step, signals):
+    values = np.array([1.0, -1.0, 0.0, step, 2 * step, 3 * step, 1.0, -1.0, 1.0])
+    assert control_chart(values).signals == signals
+
+
 def test_a_value_on_the_centre_ends_a_run_on_one_side():
     values = [1.0, 2.0] * 4 + [0.0, 1.0, -6.5, -6.5]
     assert sum(values) == 0.0
@@ -257,7 +288,7 @@ def test_a_gauge_tells_so_many_groups_of_units_apart():
 def test_gauge_of_benches_that_repeat_exactly():
     values = np.zeros((3, 2, 2)) + np.array([0.0, 1.0, 2.0])[:, None, None]
     study = gauge_study(values)
-    assert (study.gauge, study.categories) == (0.0, 0)
+    assert (study.gauge, study.categories, study.verdict) == (0.0, None, "unknown")
     assert all(row.ratio is None for row in study.anova)
     assert study.part == pytest.approx(1.0)
 
