@@ -14,10 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import fdtrc
 
+from etb_hil.histories.rounding import without_rounding
 from etb_hil.recording.samples import Float64, Int64
 
-GOOD, USABLE = 0.10, 0.30  # shares of the study's variation up to which a gauge is (AIAG, MSA, 4th edition 2010, II.D)
+GOOD = 0.10  # share of the study's variation below which a gauge is good (AIAG, MSA, 4th edition 2010, II.D)
 ENOUGH_CATEGORIES = 5  # groups of units that a gauge must distinguish (likewise)
+_CATEGORY = 1.41  # of PV / GRR: groups whose 97 % intervals do not overlap (likewise)
+# Share of the study's variation at which it distinguishes just so many: 27 %. The manual calls a gauge conditionally
+# acceptable up to 30 %; its categories decide before.
+USABLE = 1.0 / math.hypot(1.0, ENOUGH_CATEGORIES / _CATEGORY)
 ENOUGH_UNITS = 10  # that a study has to have (likewise)
 _MOST_TRIED = 8  # benches of which all sets are tried: 255
 POOLED_ABOVE = 0.25  # an interaction less significant than this goes into repeatability (AIAG, MSA)
@@ -72,23 +77,34 @@ class GaugeStudy:
         return math.hypot(self.gauge, self.part)
 
     def share(self, sigma: float) -> float:
-        """Return a standard deviation as a share of the total (% study variation)."""
-        return sigma / self.total
+        """Return a standard deviation as a share of the total (% study variation), 0 where nothing varies."""
+        return sigma / self.total if self.total > 0.0 else 0.0
 
     @property
     def verdict(self) -> str:
-        """What the gauge is good for: good, usable or unsuitable.
+        """What the gauge is good for: good, usable, unsuitable or unknown.
 
-        Its share of the variation decides, and its categories.
+        Its share of the variation decides, and its categories. It is unknown where repeats do not scatter, unless what
+        lies between benches is too much already.
         """
-        if self.categories < ENOUGH_CATEGORIES:  # five are 27 % of the variation, which is below USABLE
+        if self.categories is not None and self.categories < ENOUGH_CATEGORIES:
             return "unsuitable"
+        if not self.is_resolved:
+            return "unknown"
         return "good" if self.share(self.gauge) < GOOD else "usable"
 
     @property
-    def categories(self) -> int:
-        """ndc: how many groups of units the gauge distinguishes."""
-        return int(1.41 * self.part / self.gauge) if self.gauge > 0.0 else 0
+    def is_resolved(self) -> bool:
+        """Whether repeats scatter.
+
+        Where they do not, the resolution of the values hides the scatter of the gauge.
+        """
+        return self.repeatability > 0.0
+
+    @property
+    def categories(self) -> int | None:
+        """ndc: how many groups of units the gauge distinguishes, None where it does not scatter at all."""
+        return int(_CATEGORY * self.part / self.gauge) if self.gauge > 0.0 else None
 
 
 def gauge_study(values: Float64) -> GaugeStudy:
@@ -98,23 +114,27 @@ def gauge_study(values: Float64) -> GaugeStudy:
 
     Random effects by analysis of variance; the interaction is pooled with the error where its p-value exceeds 0.25
     (AIAG, Measurement Systems Analysis, 4th edition 2010, chapter III, section B, and appendix A). Negative variance
-    estimates count as zero.
+    estimates count as zero, and so does rounding.
     """
     units, benches, trials = values.shape
     mean = values.mean()
     by_unit, by_bench, cell = values.mean(axis=(1, 2)), values.mean(axis=(0, 2)), values.mean(axis=2)
-    unit = AnovaRow("units", units - 1, float(benches * trials * ((by_unit - mean) ** 2).sum()))
-    error = AnovaRow("repeatability", units * benches * (trials - 1), float(((values - cell[:, :, None]) ** 2).sum()))
+
+    def squares(deviations: Float64) -> float:
+        return float((without_rounding(deviations, values) ** 2).sum())
+
+    unit = AnovaRow("units", units - 1, benches * trials * squares(by_unit - mean))
+    error = AnovaRow("repeatability", units * benches * (trials - 1), squares(values - cell[:, :, None]))
     if benches == 1:
         part = _sigma((unit.mean_square - error.mean_square) / trials)
         return GaugeStudy(
             units, 1, trials, (_tested(unit, error), error), False, math.sqrt(error.mean_square), None, part
         )
-    bench = AnovaRow("benches", benches - 1, float(units * trials * ((by_bench - mean) ** 2).sum()))
+    bench = AnovaRow("benches", benches - 1, units * trials * squares(by_bench - mean))
     both = AnovaRow(
         "units x benches",
         (units - 1) * (benches - 1),
-        float(trials * ((cell - by_unit[:, None] - by_bench + mean) ** 2).sum()),
+        trials * squares(cell - by_unit[:, None] - by_bench + mean),
     )
     both = _tested(both, error)
     pooled = both.p is not None and both.p > POOLED_ABOVE

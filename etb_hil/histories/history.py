@@ -19,6 +19,7 @@ from etb_hil.histories.distribution import Distribution, distribution
 from etb_hil.histories.drift import Drift, Point, deviations, drifts, series_of
 from etb_hil.histories.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import Rises, rises
+from etb_hil.histories.rounding import scatters
 from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect, unit_laws
 from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
@@ -172,7 +173,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
         name, name_of(name), _unit(name, runs), at, values, compared, uncertainty, effect, charted, chart, shape,
         tolerance_limit(shape) if is_friction else None,
         None if chart is None else capability(chart, shape, low, high, common), low, high,
-        None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), [], series_of(points), risen,
+        None if study is None or not scatters(study[2]) else gauge_study(study[2]), [], series_of(points), risen,
         differing,
     ), points  # fmt: skip
 

@@ -16,12 +16,12 @@ from matplotlib.figure import Figure
 from etb_hil import __version__
 from etb_hil.base.files import write_text
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.histories.gauge import ENOUGH_CATEGORIES, GOOD, USABLE, GaugeStudy
+from etb_hil.histories.gauge import GaugeStudy
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.report import history_figures
 from etb_hil.report.drawing import inline_svg
 from etb_hil.report.history_plot import in_units_shown
-from etb_hil.report.history_text import lacking, spread_text, statements
+from etb_hil.report.history_text import GAUGE_LIMITS, UNRESOLVED, lacking, spread_text, statements
 from etb_hil.report.page_template import ours, render
 from etb_hil.report.show import printable, share
 from etb_hil.report.svg import PHONE_WIDTH, for_both_widths
@@ -32,7 +32,7 @@ PAGE_NAME = "history.html"
 PAGE_WIDTH = 8.0  # inches
 _LONGEST = 600  # characters of a text
 _CAPABLE = 1.33  # asked of a process that runs (AIAG, PPAP manual, 4th edition 2006, 2.2.11.3, asks 1.33 to 1.67)
-_TONES = {"good": "good", "usable": "unsure", "unsuitable": "bad"}
+_TONES = {"good": "good", "usable": "unsure", "unknown": "unsure", "unsuitable": "bad"}
 
 
 def write_history_page(found: Sequence[History], path: Path, rows: int, notes: Sequence[str] = ()) -> Path:
@@ -144,10 +144,11 @@ def _gauge(study: GaugeStudy, unit: str) -> dict[str, Any]:
         else (name, spread_text(sigma, unit), share(study.share(sigma)))
         for name, sigma in sources
     ]  # fmt: skip
+    categories = "" if study.categories is None else f"Distinct categories: {study.categories}. "
     note = (
-        f"{study.units} units x {study.benches} benches x {study.trials} runs. Distinct categories: "
-        f"{study.categories}; {ENOUGH_CATEGORIES} are needed. A gauge is good below {100 * GOOD:.0f} % and usable "
-        f"up to {100 * USABLE:.0f} % of the study's variation (AIAG, MSA, 4th edition 2010)."
+        f"{study.units} units x {study.benches} benches x {study.trials} runs. {categories}"
+        f"{'' if study.is_resolved else f'{UNRESOLVED} '}"
+        f"Limits of the study's variation (AIAG, MSA, 4th edition 2010): {GAUGE_LIMITS}."
     )
     return {"verdict": study.verdict, "rows": rows, "note": note}
 

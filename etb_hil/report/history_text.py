@@ -24,6 +24,14 @@ from etb_hil.results.shown import heading, plain, quantity, unit_shown
 
 WIDTH = 80
 TESTS = "Nelson's rules, EWMA and CUSUM"
+# Five categories are a share of the variation: one limit in two words.
+GAUGE_LIMITS = (
+    f"good: below {100 * GOOD:.0f} %; usable: at least {ENOUGH_CATEGORIES} categories, or at most {100 * USABLE:.0f} %"
+)
+UNRESOLVED = (
+    "Repeats do not scatter: the resolution of the values hides the scatter of the gauge. "
+    "Record values with more digits."
+)
 _INDENT = 17
 _HELD = "\N{NO-BREAK SPACE}"
 
@@ -136,7 +144,7 @@ def distribution_text(number: NumberHistory) -> str:
     if shape is not None:
         rejected = "".join(f"; {family} rejected (p {_p(p)})" for family, p in shape.rejected.items())
         return f"{shape.family}{'' if shape.p is None else f' (p {_p(shape.p)})'}{rejected}."
-    if chart is None or not np.ptp(chart.values):
+    if chart is None or chart.sigma == 0.0:
         return "unknown: the values do not scatter."
     return (
         "unknown: no family of distributions describes these units, so that no capability and no population limit is "
@@ -208,8 +216,12 @@ def _index(index: Index) -> str:
 
 
 def _gauge(study: GaugeStudy, unit: str) -> str:
-    text = (
-        f"{100 * study.share(study.gauge):.1f} % of the study's variation, {study.categories} distinct categories; "
+    text = ""
+    if study.categories is not None:
+        text = (
+            f"{100 * study.share(study.gauge):.1f} % of the study's variation, {study.categories} distinct categories; "
+        )
+    text += (
         f"{study.units} units x {study.benches} benches x {study.trials} runs: "
         f"EV {_spread(study.repeatability, unit)}, "
     )
@@ -220,8 +232,13 @@ def _gauge(study: GaugeStudy, unit: str) -> str:
     text += f"PV {spread_text(study.part, unit)}"
     if study.units < ENOUGH_UNITS:
         text += f"; the MSA manual requires {ENOUGH_UNITS} units"
-    limits = f"{100 * GOOD:.0f} and {100 * USABLE:.0f} %, {ENOUGH_CATEGORIES} categories"
-    return f"{text}. This gauge is {study.verdict.upper()} (limits: {limits})."
+    if study.is_resolved:
+        text += "."
+    else:
+        text += f". {UNRESOLVED}"
+    if study.verdict == "unknown":
+        return text
+    return f"{text} This gauge is {study.verdict.upper()} ({GAUGE_LIMITS})."
 
 
 def spread_text(value: float, unit: str) -> str:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import f as f_distribution
 
 from etb_hil.histories.drift import Drift, Point, deviations, drifts, series_of
-from etb_hil.histories.gauge import ENOUGH_CATEGORIES, USABLE, AnovaRow, GaugeStudy, balanced, gauge_study
+from etb_hil.histories.gauge import USABLE, AnovaRow, GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import rises
 from etb_hil.histories.temperature import unit_laws
 
@@ -255,7 +255,7 @@ def study_of(repeatability, part, reproducibility=None):
         (3.0, math.sqrt(100.0 - 9.0), "unsuitable", 4),
         (0.27, 1.0, "usable", 5),
         (0.2821, 1.0, "unsuitable", 4),
-        (0.0, 1.0, "unsuitable", 0),
+        (0.0, 1.0, "unknown", None),
         (6.0, 8.0, "unsuitable", 1),
     ],
 )
@@ -270,7 +270,35 @@ def test_a_gauge_is_as_good_as_its_share_and_its_categories(gauge, part, verdict
 def test_enough_categories_are_a_usable_share(share):
     """ndc = 1.41 PV / GRR, and GRR and PV are sides of a right triangle: five need a share under 27.2 %."""
     assert study_of(share, math.sqrt(1.0 - share**2)).verdict == "unsuitable"
-    assert 1.0 / math.hypot(1.0, ENOUGH_CATEGORIES / 1.41) < USABLE
+
+
+@pytest.mark.parametrize(("beyond", "verdict"), [(-1e-6, "usable"), (1e-6, "unsuitable")])
+def test_the_share_up_to_which_a_gauge_is_usable_is_that_of_its_categories(beyond, verdict):
+    share = USABLE + beyond
+    assert round(USABLE, 4) == 0.2714
+    assert study_of(share, math.sqrt(1.0 - share**2)).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("between", "verdict", "categories"), [(0.0, "unknown", None), (0.05, "unknown", 28), (0.4, "unsuitable", 3)]
+)
+def test_of_repeats_that_do_not_scatter_a_gauge_has_no_verdict_but_that_of_its_benches(between, verdict, categories):
+    study = study_of(0.0, 1.0, between)
+    assert (study.is_resolved, study.verdict, study.categories) == (False, verdict, categories)
+    assert study_of(0.01, 1.0, between).is_resolved
+
+
+@pytest.mark.parametrize("scale", [0.1, 1.0, 1e-6])
+@pytest.mark.parametrize(("trials", "benches"), [(2, 1), (3, 1), (3, 2), (7, 3)])
+def test_rounding_is_no_scatter_of_a_gauge(scale, trials, benches):
+    """Means of equal values, such as three times 0.1, differ from them by rounding."""
+    units = scale * np.array([1.0, 1.1, 1.3, 1.7])
+    study = gauge_study(np.broadcast_to(units[:, None, None], (4, benches, trials)))
+    assert (study.repeatability, study.gauge, study.verdict) == (0.0, 0.0, "unknown")
+    assert study.part == pytest.approx(units.std(ddof=1))
+    assert study.share(study.gauge) == 0.0
+    same = gauge_study(np.full((4, benches, trials), 0.1 * scale))
+    assert (same.part, same.total, same.share(same.gauge)) == (0.0, 0.0, 0.0)
 
 
 def test_a_share_of_a_tenth_is_usable():
@@ -470,4 +498,4 @@ def test_a_gauge_of_five_categories_is_usable_and_one_of_a_tenth_is_good():
         return GaugeStudy(10, 2, 2, (), False, gauge, 0.0, float(np.sqrt(1.0 - gauge**2)))
 
     assert [of(share).verdict for share in (0.09, 0.11, 0.27, 0.28)] == ["good", "usable", "usable", "unsuitable"]
-    assert of(0.27).share(of(0.27).gauge) < USABLE == 0.3
+    assert of(0.27).share(of(0.27).gauge) < USABLE < of(0.28).share(of(0.28).gauge)

@@ -16,6 +16,7 @@ from etb_hil.cli.main import main
 from etb_hil.histories.history import histories
 from etb_hil.histories.runs import read_runs
 from etb_hil.histories.tables import write_tables
+from etb_hil.report.history_page import write_history_page
 from etb_hil.report.history_plot import plot_history
 from etb_hil.report.history_temperature_plot import plot_over_temperature
 from etb_hil.report.history_text import history_text
@@ -227,3 +228,37 @@ def test_a_damaged_session_costs_itself_alone(sessions, capsys):
 def test_an_invalid_selection_is_refused(sessions, capsys, words):
     assert main(["history", str(sessions), *words]) == 2
     assert words[0].removeprefix("--") in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("bench_apart", [0.0, 0.05])
+def test_a_gauge_whose_repeats_do_not_scatter_has_no_verdict(bench_apart, tmp_path):
+    """Values of 10 mN·m: three runs of a unit are equal, and nobody knows how far the gauge scatters below that."""
+    runs = [
+        made_up.run(3 * (2 * k + j) + trial, f"G{k}", 0.1 + 0.01 * k + bench_apart * j, bench=bench)
+        for k in range(10)
+        for j, bench in enumerate("AB")
+        for trial in range(3)
+    ]
+    history = histories(runs)[0]
+    write_tables([history], tmp_path)
+    found = json.loads((tmp_path / "history.json").read_text("utf-8"))["parts"][0]["numbers"][0]["gauge"]
+    text = " ".join(history_text(history, 5).split())
+    page = write_history_page([history], tmp_path / "history.html", 5).read_text("utf-8")
+    for shown in (text, page):
+        assert "Repeats do not scatter: the resolution of the values hides the scatter of the gauge." in shown
+    if bench_apart:
+        assert found["verdict"] == "unsuitable"
+        assert "This gauge is UNSUITABLE (good: below 10 %; usable: at least 5 categories, or at most 27 %)." in text
+        return
+    assert (found["verdict"], found["categories"], found["gauge"]) == ("unknown", None, 0.0)
+    assert "UNSUITABLE" not in text
+    assert "distinct categories" not in text
+    assert "gauge unknown" in page
+
+
+def test_values_that_do_not_scatter_are_in_control():
+    runs = [made_up.run(k, f"U{k}", 0.3) for k in range(11)]
+    text = " ".join(history_text(histories(runs)[0], 5).split())
+    assert "in control by Nelson's rules" in text
+    assert "NOT IN CONTROL" not in text
+    assert "Distribution unknown: the values do not scatter." in text
