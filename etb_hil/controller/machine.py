@@ -257,7 +257,7 @@ class Machine(Rewindable):
 def _inside_the_stops(angle: float, values: ThrottleParameters) -> float:
     low, high = values.stop_low - PRESS, values.stop_high + PRESS
     if not low <= angle <= high:
-        allowed = f"{low:.3f} to {math.degrees(high):.1f} deg"
+        allowed = f"{math.degrees(low):.1f} to {math.degrees(high):.1f} deg"
         raise InputError(
             Problem("no plate can stand at this angle", value=f"{math.degrees(angle):.3g} deg", allowed=allowed)
         )

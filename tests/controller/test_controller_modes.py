@@ -9,6 +9,7 @@ from controller_harness import OFF, command, drive, model, request, stream
 from etb_hil.base.errors import InputError
 from etb_hil.base.modes import Mode
 from etb_hil.controller.machine import Machine
+from etb_hil.controller.reference import PRESS
 from etb_hil.controller.state import Fault
 
 UNIT = model("default")
@@ -136,7 +137,8 @@ def test_an_unknown_law_is_refused_with_the_laws_there_are():
 
 @pytest.mark.parametrize("angle", [-0.5, 2.0, float("nan")])
 def test_a_plate_beyond_its_stops_is_refused(angle):
-    with pytest.raises(InputError, match="no plate can stand at this angle"):
+    low, high = (math.degrees(stop) for stop in (UNIT.values.stop_low - PRESS, UNIT.values.stop_high + PRESS))
+    with pytest.raises(InputError, match=f"no plate can stand at this angle.*{low:.1f} to {high:.1f} deg"):
         Machine(UNIT, UNIT, seed=1, start_angle=angle)
 
 
