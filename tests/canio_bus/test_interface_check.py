@@ -3,6 +3,8 @@
 import json
 import os
 import pty
+import shutil
+import subprocess
 
 import pytest
 
@@ -10,6 +12,7 @@ from etb_hil.base.stock import find
 from etb_hil.canio.bus import interface_check
 from etb_hil.canio.bus.bus_settings import BusSettings
 from etb_hil.canio.bus.interface_check import Finding, look_at
+from etb_hil.canio.bus.interface_details import interface_details
 from etb_hil.cli.main import main
 
 
@@ -23,7 +26,7 @@ def network(tmp_path, monkeypatch):
         folder.mkdir()
         for file, text in (("type", kind), ("flags", hex(flags)), ("mtu", mtu)):
             (folder / file).write_text(f"{text}\n")
-        monkeypatch.setattr(interface_check, "_ip_details", lambda _: details)
+        monkeypatch.setattr(interface_check, "interface_details", lambda _: details)
         return tmp_path
 
     make.folder = tmp_path
@@ -102,10 +105,27 @@ def test_ip_is_read_and_what_it_cannot_tell_is_none(tmp_path, monkeypatch):
     command = tmp_path / "ip"
     command.write_text(f"#!/bin/sh\necho '{json.dumps(said)}'\n")
     command.chmod(0o755)
-    monkeypatch.setattr(interface_check.shutil, "which", lambda _: str(command))
-    assert interface_check._ip_details("can0")["bittiming"]["bitrate"] == 500_000
-    command.write_text("#!/bin/sh\nexit 1\n")
-    assert interface_check._ip_details("can0") is None
+    monkeypatch.setattr(shutil, "which", lambda _: str(command))
+    assert interface_details("can0")["bittiming"]["bitrate"] == 500_000
+    for script in ("exit 1", "echo none of JSON", "echo '[]'", "echo '{}'", "echo '[7]'", "true"):
+        command.write_text(f"#!/bin/sh\n{script}\n")
+        assert interface_details("can0") is None
+
+
+def test_an_ip_that_does_not_end_is_given_up(monkeypatch):
+    def stuck(command, *, timeout, **_):
+        raise subprocess.TimeoutExpired(command, timeout)
+
+    monkeypatch.setattr(subprocess, "run", stuck)
+    monkeypatch.setattr(shutil, "which", lambda *_, **__: "ip")
+    assert interface_details("can0") is None
+
+
+def test_another_data_bit_rate_is_found(network):
+    details = {"bittiming": {"bitrate": 500_000}, "data_bittiming": {"bitrate": 4_000_000}, "state": "ERROR-ACTIVE"}
+    wanted = can(bitrate="500 kbit/s", data_bitrate="2 Mbit/s", fd=True)
+    (rate,) = missing(look_at(wanted, network("can0", mtu=72, details=details)))
+    assert "data bit rate of 4000000 bit/s, the bench file says 2000000" in rate.what
 
 
 def test_check_says_all_that_is_wrong_and_what_the_machine_lacks(tmp_path, capsys):

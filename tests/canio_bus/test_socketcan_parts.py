@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 import socket
 import struct
 import subprocess
@@ -72,9 +73,9 @@ def told(monkeypatch, **data):
     """Let `ip` say this of the interface."""
     text = json.dumps([{"linkinfo": {"info_kind": "can", "info_data": data}}])
     monkeypatch.setattr(
-        module.subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, 0, stdout=text, stderr="")
+        subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, 0, stdout=text, stderr="")
     )
-    monkeypatch.setattr(module.shutil, "which", lambda *_, **__: "ip")
+    monkeypatch.setattr(shutil, "which", lambda *_, **__: "ip")
 
 
 @pytest.fixture
@@ -163,6 +164,28 @@ def test_a_full_transmit_queue_is_a_bench_fault_and_no_wait(kernel, fault):
 def test_an_interface_at_another_bit_rate_is_refused():
     with pytest.raises(InputError, match=r"can0 runs at 500000 bit/s .*250000.*bus\.bitrate"):
         opened(bitrate="250 kbit/s")
+
+
+def test_another_data_bit_rate_is_refused_on_an_fd_bus_alone(kernel, monkeypatch):  # noqa: ARG001 (replaces sockets)
+    told(monkeypatch, bittiming={"bitrate": 500_000}, data_bittiming={"bitrate": 4_000_000})
+    with pytest.raises(InputError, match=r"at 4000000 bit/s in the data phase .*2000000.*bus\.data_bitrate.*fd on"):
+        opened()
+    SocketCanLink(BusSettings(interface="socketcan", channel="can0"), WallClock()).close()
+
+
+@pytest.mark.parametrize("text", ["", "no JSON", "[]"])
+def test_an_ip_that_says_nothing_leaves_state_and_rates_unknown(kernel, monkeypatch, text):  # noqa: ARG001 (likewise)
+    monkeypatch.setattr(subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, 0, text, ""))
+    health = opened(bitrate="250 kbit/s").health()
+    assert (health.state, health.transmit_errors) == (None, None)
+
+
+def test_an_ip_that_does_not_end_leaves_them_unknown(kernel, monkeypatch):  # noqa: ARG001 (likewise)
+    def stuck(command, *, timeout, **_):
+        raise subprocess.TimeoutExpired(command, timeout)
+
+    monkeypatch.setattr(subprocess, "run", stuck)
+    assert opened().health().state is None
 
 
 @pytest.mark.parametrize(

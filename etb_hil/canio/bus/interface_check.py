@@ -6,17 +6,15 @@ Nothing is opened for longer than a look.
 from __future__ import annotations
 
 import importlib.util
-import json
 import os
-import shutil
 import socket
-import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from etb_hil.canio.bus.bus_settings import SOCKETCAN, VIRTUAL
+from etb_hil.canio.bus.interface_details import interface_details, interface_rates, rates_as_options
 
 if TYPE_CHECKING:
     from etb_hil.canio.bus.bus_settings import BusSettings
@@ -70,8 +68,7 @@ def _socketcan(bus: BusSettings, network: Path) -> Iterator[Finding]:
     if _text(folder / "type") != _CAN_DEVICE:
         yield Finding(False, f"{name} must be a CAN interface", "name a CAN interface as the bus's channel")
         return
-    rates = f" type can bitrate {bus.bitrate:.0f}" + (f" dbitrate {bus.data_bitrate:.0f} fd on" if bus.fd else "")
-    bring_up = f"sudo ip link set {name} up" + ("" if is_virtual else rates)
+    bring_up = f"sudo ip link set {name} up" + ("" if is_virtual else f" {rates_as_options(bus)}")
     is_up = bool(int(_text(folder / "flags") or "0", 16) & _UP)
     yield Finding(is_up, f"{name} is {'up' if is_up else 'down'}", "" if is_up else bring_up)
     if bus.fd:
@@ -101,38 +98,23 @@ def _kernel_speaks_can() -> Finding:
 def _bit_rates(bus: BusSettings, bring_up: str) -> Iterator[Finding]:
     """Compare what `ip` says of a CAN controller with what the bench file says."""
     name = bus.channel
-    told = _ip_details(name)
+    told = interface_details(name)
     if told is None:
         yield Finding(None, f"nobody can tell the bit rate of {name}", "install iproute2 for its command 'ip'")
         return
     again = f"sudo ip link set {name} down && {bring_up}"
-    wanted = [("bittiming", "bit rate", bus.bitrate)]
-    wanted += [("data_bittiming", "data bit rate", bus.data_bitrate)] if bus.fd else []
-    for key, what, rate in wanted:
-        found = told.get(key, {}).get("bitrate")
+    for rate in interface_rates(bus, told):
+        what, found, wanted = rate.name, rate.found, rate.wanted
         if found is None:
-            yield Finding(None, f"the driver of {name} does not tell its {what}; the bench file says {rate:.0f} bit/s")
+            yield Finding(None, f"the driver of {name} does not tell its {what}; the bench file says {wanted} bit/s")
         else:
-            same = int(found) == int(rate)
-            text = f"{name} has a {what} of {found} bit/s" + ("" if same else f", the bench file says {rate:.0f}")
+            same = found == wanted
+            text = f"{name} has a {what} of {found} bit/s" + ("" if same else f", the bench file says {wanted}")
             yield Finding(same, text, "" if same else again)
     if (state := told.get("state")) is not None:
         healthy = state in {"ERROR-ACTIVE", "STOPPED"}
         remedy = f"check wiring and termination, then: {again}"
         yield Finding(healthy, f"the controller of {name} is {state.lower()}", "" if healthy else remedy)
-
-
-def _ip_details(name: str) -> dict[str, Any] | None:
-    command = shutil.which("ip") or "/usr/sbin/ip"
-    try:
-        done = subprocess.run(  # noqa: S603 (no shell; the name is an argument)
-            [command, "-json", "-details", "link", "show", "dev", name], capture_output=True, check=True, timeout=10.0
-        )
-        (told,) = json.loads(done.stdout)
-    except (OSError, subprocess.SubprocessError, ValueError):
-        return None
-    details: dict[str, Any] = told.get("linkinfo", {}).get("info_data", {})
-    return details
 
 
 def _python_can(bus: BusSettings) -> Iterator[Finding]:

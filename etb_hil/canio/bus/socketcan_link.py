@@ -7,11 +7,8 @@ library's sockets give both, and spare a message object for every frame.
 from __future__ import annotations
 
 import errno
-import json
-import shutil
 import socket
 import struct
-import subprocess
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +16,7 @@ import numpy as np
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
 from etb_hil.canio.bus.host_stamps import as_they_came, on_our_clock
+from etb_hil.canio.bus.interface_details import interface_details, interface_rates, rates_as_options
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
@@ -220,27 +218,21 @@ def _controller_state(settings: BusSettings) -> tuple[BusState | None, tuple[int
 
     Later error frames keep them up to date.
 
-    Raises InputError where the interface runs at another bit rate than the settings say.
+    Raises InputError where the interface runs at another bit rate than the settings say, in either phase of FD frames.
     """
-    command = shutil.which("ip", path="/usr/sbin:/usr/bin:/sbin:/bin")
-    if command is None:
+    data = interface_details(settings.channel)
+    if data is None:
         return None, (None, None)
-    shown = subprocess.run(  # noqa: S603 (a fixed command; the channel is one argument, never a shell's text)
-        [command, "-json", "-details", "link", "show", "dev", settings.channel],
-        capture_output=True, text=True, check=False, timeout=10,
-    )  # fmt: skip
-    if shown.returncode != 0 or not shown.stdout.strip():
-        return None, (None, None)
-    data = json.loads(shown.stdout)[0].get("linkinfo", {}).get("info_data", {})
-    rate = data.get("bittiming", {}).get("bitrate")
-    if rate is not None and rate != int(settings.bitrate):
-        raise InputError(
-            Problem(
-                f"the interface {settings.channel} runs at {rate} bit/s",
-                value=int(settings.bitrate),
-                remedy=f"set bus.bitrate, or: ip link set {settings.channel} type can bitrate {int(settings.bitrate)}",
+    for rate in interface_rates(settings, data):
+        if rate.found is not None and rate.found != rate.wanted:
+            phase = "" if rate.key == "bitrate" else " in the data phase"
+            raise InputError(
+                Problem(
+                    f"the interface {settings.channel} runs at {rate.found} bit/s{phase}",
+                    value=rate.wanted,
+                    remedy=f"set bus.{rate.key}, or: ip link set {settings.channel} {rates_as_options(settings)}",
+                )
             )
-        )
     word = str(data.get("state", "")).lower().replace("error-warning", "error-active")
     counters = data.get("berr_counter", {})
     return (BusState(word) if word in set(BusState) else None), (counters.get("tx"), counters.get("rx"))
