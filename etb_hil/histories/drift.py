@@ -75,18 +75,18 @@ def series_of(points: Sequence[Point]) -> int:
     return sum(len(_groups(points, key)) for key in ("bench", "unit"))
 
 
-def drifts(points: Sequence[Point], others: int = 0) -> tuple[list[Drift], int]:
+def drifts(points: Sequence[Point], elsewhere: int = 0) -> tuple[list[Drift], int]:
     """Return the benches, then the units, that drift, and how many were looked at.
 
     `points` (sorted by time) are those of `deviations`. A trend is Kendall's; all tests of one report share a chance
-    of false alarm of 1 % (Bonferroni): those of these points, and of `others` series of its other measurements. A
+    of false alarm of 1 % (Bonferroni): those of these points, and of its other measurements (`elsewhere` series). A
     bench drifts where the trend stays without any one of its units; of a unit on a bench that drifts, what the other
     units did there is taken out.
     """
     by_bench = _groups(points, "bench")
     by_unit = _groups(points, "unit")
     looked_at = len(by_bench) + len(by_unit)
-    tests = looked_at + others
+    tests = looked_at + elsewhere
     found: list[Drift] = []
     for name, group in by_bench.items():
         if _rank_trend(group).p * tests < FALSE_ALARMS and _is_shared(group):

@@ -227,7 +227,7 @@ def _sets_of(counts: Int64) -> Iterator[tuple[int, ...]]:
         yield from combinations(places, count + 1)
     if exhaustive:
         return
-    grown = max(combinations(places, 2), key=lambda pair: _rank(_size(counts, pair)))
+    grown: tuple[int, ...] = max(combinations(places, 2), key=lambda pair: _rank(_size(counts, pair)))
     while len(grown) < len(places):
         grown = max(
             (tuple(sorted((*grown, k))) for k in places if k not in grown), key=lambda some: _rank(_size(counts, some))

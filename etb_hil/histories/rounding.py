@@ -21,4 +21,4 @@ def without_rounding(differences: Float64, values: Float64) -> Float64:
 
 def scatters(values: Float64) -> bool:
     """Return whether values differ by more than rounding."""
-    return bool(without_rounding(np.ptp(values), values))
+    return bool(without_rounding(np.array(np.ptp(values)), values))
