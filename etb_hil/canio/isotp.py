@@ -13,6 +13,7 @@ from dataclasses import dataclass
 LONGEST = 4095  # bytes of a message in classic frames without the escape sequence
 _SINGLE, _FIRST, _CONSECUTIVE, _FLOW_CONTROL = range(4)
 _CONTINUE, _WAIT, _OVERFLOW = range(3)
+_LEAST_OF_FIRST = 8  # FF_DLmin of classic frames with normal addressing; of FD frames it is their length less 1
 _MOST_WAITS = 10  # N_WFTmax: flow controls in a row that may say "wait"
 _LONGEST_SEPARATION_NS = 127_000_000  # what a reserved STmin means (9.6.5.5)
 
@@ -143,16 +144,16 @@ class IsoTpEnd:
         return frames
 
     def _take_single(self, data: bytes) -> None:
-        self._into = None  # a new message ends the one before it (9.8.3)
         length = data[0] & 0xF
         if not 0 < length < len(data):
-            raise TransportError("N_ERROR", f"a single frame of {len(data)} bytes says that it holds {length}")
+            return  # of a length that no single frame has: ignored (9.6.2.2)
+        self._into = None  # a new message ends the one before it (9.8.3)
         self.received.append(data[1 : 1 + length])
 
     def _take_first(self, now_ns: int, data: bytes) -> None:
         length = (data[0] & 0xF) << 8 | data[1] if len(data) == 8 else 0
-        if length <= 7:
-            raise TransportError("N_ERROR", f"a first frame says that its message has {length} bytes")
+        if length < _LEAST_OF_FIRST:
+            return  # it would have fitted a single frame: ignored, without a flow control (9.6.3.2)
         self._into, self._length, self._sequence = bytearray(data[2:]), length, 1
         self._flow_control(now_ns)
 

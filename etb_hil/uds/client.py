@@ -15,14 +15,15 @@ from udsoncan.services import ReadDataByIdentifier, ReadDataByPeriodicIdentifier
 
 from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames
 from etb_hil.canio.isotp import IsoTpEnd, TransportError, TransportTiming
+from etb_hil.canio.requested_values import NEGATIVE
 
 if TYPE_CHECKING:
     from udsoncan import Request
 
     from etb_hil.uds.settings import UdsSettings
 
-NEGATIVE = 0x7F
 PERIODIC_BEGINS = b"\x6a"
+_REPEAT_NS, _MOST_REPEATS = 100_000_000, 10  # of a request that a busy unit asks to repeat (NRC 0x21)
 _PENDING = bytes([ResponseCode.RequestCorrectlyReceived_ResponsePending])
 _ECHOED = {0x10: 1, 0x19: 1, 0x22: 2, 0x27: 1, 0x31: 3, 0x3E: 1}  # bytes that a positive response repeats, by service
 _SUPPRESS = 0x80  # bit of a sub-function, which a response does not repeat
@@ -73,7 +74,9 @@ class UdsClient:
         self._name = ""
         self._asked_ns = self._due_ns = 0
         self._p2_ns, self._p2_star_ns = (round((wait + timing.transport) * 1e9) for wait in (timing.p2, timing.p2_star))
-        self._pending = 0
+        self._pending = self._repeats = 0
+        self._payload = b""
+        self._again_ns: int | None = None  # when it is repeated
 
     def ask(self, request: Request, now_ns: int) -> None:
         """Begin to send a request.
@@ -85,6 +88,7 @@ class UdsClient:
         payload = request.get_payload()
         self._end.reset()
         self._end.send(payload)
+        self._payload, self._again_ns, self._repeats = payload, None, 0
         self._service, self._name = payload[0], request.service.get_name() if request.service else hex(payload[0])
         self._asked = _Asked(payload[0], _echo_of(payload))
         self._now_ns = self._asked_ns = now_ns
@@ -114,6 +118,7 @@ class UdsClient:
         try:
             self._take(frames)
             response = self._response(now_ns)
+            self._repeat(now_ns)
             data = self._end.step(now_ns)
         except TransportError as error:
             text = f"{self._name}: {error} ({error.kind})"
@@ -165,9 +170,19 @@ class UdsClient:
                 self._pending += 1
                 self._due_ns = now_ns + self._p2_star_ns
                 continue
+            if response.code == ResponseCode.BusyRepeatRequest and self._repeats < _MOST_REPEATS:
+                self._again_ns = now_ns + _REPEAT_NS
+                continue
             self._service = None
             return response
         return None
+
+    def _repeat(self, now_ns: int) -> None:
+        """Send the request again where a busy unit has asked for that, and it is due."""
+        if self._service is not None and self._again_ns is not None and now_ns >= self._again_ns:
+            self._again_ns, self._due_ns = None, 0
+            self._repeats += 1
+            self._end.send(self._payload)
 
     def _is_late(self, payload: bytes, now_ns: int) -> bool:
         """Return whether a response is that to a request that was given up; each explains one final response."""
@@ -189,9 +204,13 @@ class UdsClient:
             self._due_ns = max(self._due_ns, now_ns + self._p2_ns)  # the transport has its own time-outs
         elif self._due_ns == 0:
             self._due_ns = now_ns + self._p2_ns
+        if self._again_ns is not None:
+            self._due_ns = max(self._due_ns, self._again_ns)  # nothing is on its way
         waited = (now_ns - self._asked_ns) * 1e-9
         if waited > self._settings.timing.longest:
             said = f"it said 'response pending' {self._pending} times" if self._pending else "its answer never ends"
+            if self._repeats:
+                said = f"it asked {self._repeats} times to repeat the request"
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited:.1f} s; {said}")
         if now_ns > self._due_ns:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited * 1e3:.0f} ms")

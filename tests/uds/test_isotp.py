@@ -95,10 +95,17 @@ def test_a_message_that_breaks_off_is_given_up():
 
 
 @pytest.mark.parametrize("data", ["00", "0f010203", "1004010203040506", "1007aabbccddeeff"])
-def test_lengths_that_cannot_be_are_refused(data):
-    with pytest.raises(TransportError) as caught:
-        IsoTpEnd().take(0, bytes.fromhex(data))
-    assert caught.value.kind == "N_ERROR"
+def test_frames_of_lengths_that_cannot_be_are_ignored(data):
+    """ISO 15765-2: neither an error nor a flow control, and the message that comes in goes on."""
+    end = IsoTpEnd()
+    end.take(0, bytes.fromhex(data))
+    assert (end.is_receiving, list(end.received), end.step(0)) == (False, [], [])
+    end.take(0, bytes.fromhex("1008010203040506"))
+    assert len(end.step(0)) == 1
+    end.take(1, bytes.fromhex(data))
+    end.take(2, bytes.fromhex("210708"))
+    assert list(end.received) == [bytes(range(1, 9))]
+    assert end.step(3) == []
 
 
 def test_it_waits_as_long_as_it_is_told_to_and_no_longer():

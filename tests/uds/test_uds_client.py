@@ -218,3 +218,38 @@ def test_a_unit_that_wakes_up_slowly_and_answers_all_requests_is_no_second_teste
             due.append((at, said(at, "6212340014")))
         talk.check()
     assert asked > 40  # once in 50 ms, from when it is awake
+
+
+def answered_by(answers, every_ms=5):
+    """Return the response to a request, when it came in ms, and how often it was sent; a unit answers in 2 ms."""
+    client, due, sent = UdsClient(POLLED), [], []
+    client.ask(read(0xF190), 0)
+    for ms in range(0, 20_000, every_ms):
+        arrived = [one for at, one in due if at <= ms]
+        due = [(at, one) for at, one in due if at > ms]
+        out, response = client.step(ms * MS, concatenate_frames(arrived) if arrived else FrameBlock.empty())
+        if response is not None:
+            return response, ms, sent
+        if out is not None:
+            sent.append(bytes(out.data[0]))
+            due.append((ms + 2, said(ms + 2, answers[min(len(sent), len(answers)) - 1])))
+    raise AssertionError
+
+
+@pytest.mark.parametrize("busy", [1, 3, 10])
+def test_a_busy_unit_is_asked_again(busy):
+    response, ms, sent = answered_by(["7f2221"] * busy + ["62f19041"])
+    assert response.positive
+    assert sent == [bytes.fromhex("0322f190cccccccc")] * (busy + 1)
+    assert 100 * busy <= ms <= 115 * busy + 10
+
+
+def test_a_unit_that_stays_busy_has_refused_in_bounded_time():
+    response, ms, sent = answered_by(["7f2221"])
+    assert response.code_name == "BusyRepeatRequest"
+    assert (len(sent), ms < 1300) == (11, True)
+
+
+def test_another_refusal_is_not_repeated():
+    response, _, sent = answered_by(["7f2222", "62f19041"])
+    assert (response.code_name, len(sent)) == ("ConditionsNotCorrect", 1)

@@ -8,6 +8,7 @@ from udsoncan.exceptions import NegativeResponseException
 
 from etb_hil.plant.integrator import THETA
 from etb_hil.uds.keys import key_of
+from etb_hil.uds.settings import DataValue
 
 CONFIG = {
     "request_timeout": None,  # time is virtual: the connection counts it
@@ -113,3 +114,56 @@ def test_how_time_is_cut_changes_nothing():
         heard.append([bytes(f.data[k]) for f in frames for k in range(len(f)) if f.ident[k] == UDS.response])
     assert heard[0] == heard[1]
     assert len(heard[0]) == 3
+
+
+def asked(bench, *payloads):
+    """Return what the unit answers to single frames, one after another."""
+    answers = []
+    for payload in payloads:
+        request = bytes.fromhex(payload)
+        bench.link.send(frames_of(UDS.request, [bytes([len(request)]) + request]))
+        bench.wait(0.03)
+        frames = bench.link.receive()
+        heard = [bytes(frames.data[k]) for k in range(len(frames)) if frames.ident[k] == UDS.response]
+        answers.append([one[1 : 1 + one[0]].hex() for one in heard])
+    return answers
+
+
+def test_codes_are_listed_for_requests_of_the_right_length_alone(bench):
+    """ISO 14229-1: NRC 0x13 for bytes too many or too few, and no positive response where its bit is set."""
+    assert asked(bench, "190affff", "190a01", "1902", "19020101", "190101ff") == [["7f1913"]] * 5
+    assert asked(bench, "198201", "198101", "190200") == [[], [], ["59027f"]]
+    assert asked(bench, "1982", "19b0") == [["7f1913"], ["7f1912"]]
+
+
+def test_security_access_and_routines_are_silent_where_they_are_asked_to_be(bench):
+    assert asked(bench, "1083", "2781") == [[], []]
+    routine = f"{LEARN.id:04x}"
+    assert asked(bench, f"3181{routine}") == [["7f3133"]]
+    ((seed,),) = asked(bench, "2701")
+    key = key_of("example", bytes.fromhex(seed[4:]), 1).hex()
+    assert asked(bench, f"2782{key}", f"3183{routine}", f"3181{routine}") == [[], ["7f3124"], []]
+    ((running,),) = asked(bench, f"3103{routine}")
+    assert running == f"7103{routine}01"
+
+
+@pytest.mark.parametrize("stop", ["2a04", "2a0404"])
+def test_periodic_values_stop_with_and_without_identifiers(stop):
+    settings = UDS.model_copy(
+        update={
+            "periodic": 0x7E9,
+            "data": {"temperature": DataValue(id=0xF204, unit="degC", read="fast", every="10 ms")},
+        }
+    )
+    bench = Bench(settings=settings)
+
+    def values():
+        bench.wait(0.1)
+        return int((bench.link.receive().ident == 0x7E9).sum())
+
+    assert asked(bench, "1003", "2a0304")[1] == ["6a"]
+    assert values() > 5
+    assert asked(bench, stop) == [["6a"]]
+    values()
+    assert values() == 0
+    assert asked(bench, "2a03", "2a", "2a0405") == [["7f2a13"], ["7f2a13"], ["7f2a31"]]

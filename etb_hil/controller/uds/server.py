@@ -13,6 +13,7 @@ from udsoncan.ResponseCode import ResponseCode
 
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 from etb_hil.canio.isotp import IsoTpEnd, TransportError, TransportTiming
+from etb_hil.canio.requested_values import NEGATIVE
 from etb_hil.controller.state import CONTROL_NS
 from etb_hil.controller.uds.faults import UdsFault, UdsFaultKind
 from etb_hil.controller.uds.learn_stops import LearnStops
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from etb_hil.plant.values import ThrottleParameters
     from etb_hil.uds.settings import UdsSettings
 
-NEGATIVE = 0x7F
 EARLY = 0.6  # of P2 and P2*: when 'response pending' goes out, so that it is there in time
 SECOND_TESTER_NS = 200_000_000  # from one request of a second tester to the next
 BLOCK_SIZE = 8  # frames between two flow controls

@@ -31,6 +31,7 @@ SUPPRESS = 0x80  # bit of a sub-function: no positive response
 ALL_CODES = 0xFFFFFF
 CLEARING_NS = 80_000_000  # longer than P2: a memory that is erased
 FAILURE_TYPE = 0x00  # no sub-type (SAE J2012-DA)
+_CODE_LENGTHS = {0x01: 2, 0x02: 2, 0x0A: 1}  # bytes of a request to read codes behind its service, by sub-function
 _STATUS_MASK = 0x7F  # the controller has no warning indicator
 
 
@@ -135,13 +136,15 @@ class Services:
         return frames
 
     def _read_periodic(self, data: bytes, now_ns: int) -> bytes:
-        if len(data) < 2:
+        if not data or (len(data) == 1 and data[0] != STOP_SENDING):
             raise Refused(ResponseCode.IncorrectMessageLengthOrInvalidFormat)
         if self.access.session == DEFAULT_SESSION:
             raise Refused(ResponseCode.ServiceNotSupportedInActiveSession)
         wanted = [one for number in data[1:] if (one := self.values.get(0xF200 | number)) is not None]
         if len(wanted) < len(data) - 1 or not 1 <= data[0] <= STOP_SENDING:
             raise Refused(ResponseCode.RequestOutOfRange)
+        if len(data) == 1:  # stop sending without identifiers: all of them
+            self.periodic.clear()
         for one in wanted:
             self.periodic.pop(one, None)
             if data[0] != STOP_SENDING:
@@ -164,9 +167,13 @@ class Services:
             raise Refused(ResponseCode.SubFunctionNotSupported)
         return None if is_silent else b"\0"
 
-    def _security_access(self, data: bytes, now_ns: int) -> bytes:
+    def _security_access(self, data: bytes, now_ns: int) -> bytes | None:
+        sub_function, is_silent = _sub_function(data)
+        answer = self._seed_or_key(sub_function, data, now_ns)
+        return None if is_silent else answer
+
+    def _seed_or_key(self, sub_function: int, data: bytes, now_ns: int) -> bytes:
         security, access = self.settings.security, self.access
-        sub_function, _ = _sub_function(data)
         if access.session == DEFAULT_SESSION:
             raise Refused(ResponseCode.ServiceNotSupportedInActiveSession)
         if security is None or sub_function not in {security.level, security.level + 1}:
@@ -213,10 +220,14 @@ class Services:
             raise Refused(ResponseCode.RequestOutOfRange)
         return found
 
-    def _read_codes(self, data: bytes, _now_ns: int) -> bytes:
-        sub_function, _ = _sub_function(data)
-        if sub_function in {0x01, 0x02} and len(data) != 2:
+    def _read_codes(self, data: bytes, _now_ns: int) -> bytes | None:
+        sub_function, is_silent = _sub_function(data)
+        if sub_function in _CODE_LENGTHS and len(data) != _CODE_LENGTHS[sub_function]:
             raise Refused(ResponseCode.IncorrectMessageLengthOrInvalidFormat)
+        answer = self._codes(sub_function, data)
+        return None if is_silent else answer
+
+    def _codes(self, sub_function: int, data: bytes) -> bytes:
         codes = [(number_of_code(code), self.status_of(index)) for index, code in enumerate(MONITORED)]
         if sub_function == 0x01:  # number of codes with one of these status bits
             count = sum(bool(status & data[1] & _STATUS_MASK) for _, status in codes)
@@ -241,8 +252,8 @@ class Services:
         self.machine.forget_codes(sum(bits))
         return b""
 
-    def _routine_control(self, data: bytes, now_ns: int) -> bytes:
-        sub_function, _ = _sub_function(data)
+    def _routine_control(self, data: bytes, now_ns: int) -> bytes | None:
+        sub_function, is_silent = _sub_function(data)
         routine = self.settings.routines.get("learn_stops")
         if len(data) != 3:
             raise Refused(ResponseCode.IncorrectMessageLengthOrInvalidFormat)
@@ -253,7 +264,7 @@ class Services:
         if self.settings.security is not None and self.access.level != self.settings.security.level:
             raise Refused(ResponseCode.SecurityAccessDenied)
         self._control(sub_function, now_ns)
-        return data[:3] + bytes([int(self.learn_stops.state or 0)])
+        return None if is_silent else data[:3] + bytes([int(self.learn_stops.state or 0)])
 
     def _control(self, sub_function: int, now_ns: int) -> None:
         if sub_function == 0x01:
