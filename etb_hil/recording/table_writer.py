@@ -15,7 +15,6 @@ from etb_hil.base.files import replacing
 from etb_hil.base.roles import ROLES
 from etb_hil.recording.samples import Float64, Int64
 
-DIGITS = 9
 SUFFIXES = (".csv", ".parquet")
 
 
@@ -60,10 +59,18 @@ def write_table(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> N
 
 def _write_csv(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:
     cells = [[_seconds(time) for time in time_ns.tolist()]]
-    cells += [["" if value != value else f"{value:.{DIGITS}g}" for value in c.tolist()] for c in columns.values()]  # noqa: PLR0124 (NaN)
+    cells += [_numbers(values) for values in columns.values()]
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(",".join(["time_s", *map(column_name, columns)]) + "\n")
         file.writelines(",".join(row) + "\n" for row in zip(*cells, strict=True))
+
+
+def _numbers(values: Float64) -> list[str]:
+    """Return the shortest text of each value that is read back as the same float64.
+
+    A fixed number of digits would round counters, fault bits and times.
+    """
+    return ["" if value != value else repr(value).removesuffix(".0") for value in values.tolist()]  # noqa: PLR0124 (NaN)
 
 
 def _seconds(time_ns: int) -> str:
