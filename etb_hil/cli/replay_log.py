@@ -97,5 +97,5 @@ def _rank(finished: Finished) -> int:
 def _line(first: Finished, last: Finished, first_ns: int) -> str:
     """Return the line of a segment, or of those from the first to the last."""
     start, unit = (first.record.start_ns - first_ns) * 1e-9, first.results.unit
-    before = (last.record.start_ns - first.record.start_ns) * 1e-9
-    return f"  {start:10.1f} s + {before + (last.results.duration_s or 0.0):.1f} s  {unit.verdict}: {unit.reason}"
+    duration = (last.record.end_ns - first.record.start_ns) * 1e-9
+    return f"  {start:10.1f} s + {duration:.1f} s  {unit.verdict}: {unit.reason}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from etb_hil import __version__
 from etb_hil.base.outcome import UnitVerdict
@@ -16,10 +16,11 @@ from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.results.run_result import Exceedance
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from etb_hil.session.finished import Finished
 
+_Number = TypeVar("_Number", int, float)
 JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
 # Why a segment may say nothing without any doubt in what was measured: it shows too little.
 SHOWS_TOO_LITTLE = frozenset({
@@ -34,7 +35,8 @@ class Part:
 
     `deciding_s` is when it began.
 
-    `measurements` holds value and 95 % interval in SI by id, None where unknown.
+    `measurements` holds value and 95 % interval in SI by id, None where unknown. `lost` is None where the loss of any
+    message is unknown.
     """
 
     verdict: str | None
@@ -50,7 +52,7 @@ class Part:
     deciding_s: float
     timestamp_grade: str
     frames: int
-    lost: int
+    lost: int | None
     crc_failures: int
     measurements: Mapping[str, tuple[float | None, float | None, float | None]]
     exceedances: tuple[Exceedance, ...]
@@ -132,7 +134,7 @@ def part_of(finished: Finished, origin_ns: int) -> Part:
         deciding_s=later,
         timestamp_grade=results.timestamp_grade,
         frames=sum(message.frames for message in messages),
-        lost=sum(message.lost or 0 for message in messages),
+        lost=_sum(message.lost for message in messages),
         crc_failures=sum(message.crc_failures for message in messages),
         measurements={one.id: (one.value, one.low, one.high) for one in results.measurements.values()},
         exceedances=tuple(
@@ -145,16 +147,27 @@ def part_of(finished: Finished, origin_ns: int) -> Part:
 def together(parts: Sequence[Part]) -> Part:
     """Return a log judged in parts (one at least) as one outcome.
 
-    The outcome has the first part of those that decide, sums, and all exceedances.
+    The outcome has the first part of those that decide, sums, and all exceedances. A sum is None where a part's number
+    is unknown.
     """
     return replace(
         min(parts, key=lambda part: rank(part.verdict, part.reason_id)),
-        duration_s=sum(part.duration_s or 0.0 for part in parts),
+        duration_s=_sum(part.duration_s for part in parts),
         frames=sum(part.frames for part in parts),
-        lost=sum(part.lost for part in parts),
+        lost=_sum(part.lost for part in parts),
         crc_failures=sum(part.crc_failures for part in parts),
         exceedances=tuple(episode for part in parts for episode in part.exceedances),
     )
+
+
+def _sum(numbers: Iterable[_Number | None]) -> _Number | None:
+    """Return the sum, None where one of the numbers is unknown."""
+    known: list[_Number] = []
+    for number in numbers:
+        if number is None:
+            return None
+        known.append(number)
+    return sum(known)
 
 
 def as_json(outcome: Outcome) -> str:

@@ -7,6 +7,7 @@ import pytest
 from whole_run import run_on
 
 from etb_hil.replays.outcome import JUDGED, REFUSED, Outcome, as_json, from_json, part_of, rank, together
+from etb_hil.replays.parquet import write_parquet
 from etb_hil.results.run_result import Exceedance
 
 EPISODE = Exceedance("T_st", 1.0, 1.5, 0.3, 0.26, 0.7, 0.1, 25.0, "ramp", 0.02)
@@ -49,14 +50,27 @@ def test_the_times_of_a_part_count_from_the_log_s_first_frame(finished):
     assert (episode.start_s, episode.end_s, episode.peak) == (pytest.approx(3.0), pytest.approx(3.5), EPISODE.peak)
 
 
-def test_losses_and_broken_frames_of_all_messages_are_summed(finished):
+@pytest.mark.parametrize(("first", "total"), [(2, 9), (0, 7), (None, None)])
+def test_losses_and_broken_frames_of_all_messages_are_summed(finished, first, total):
     messages = [
         replace(one, frames=10, lost=lost, crc_failures=2)
-        for one, lost in zip(finished.results.bus.messages, (None, 3, 4, *[0] * 9), strict=False)
+        for one, lost in zip(finished.results.bus.messages, (first, 3, 4, *[0] * 9), strict=False)
     ]
     bus = replace(finished.results.bus, messages=tuple(messages))
     part = part_of(replace(finished, results=replace(finished.results, bus=bus)), 0)
-    assert (part.frames, part.lost, part.crc_failures) == (10 * len(messages), 7, 2 * len(messages))
+    assert (part.frames, part.lost, part.crc_failures) == (10 * len(messages), total, 2 * len(messages))
+
+
+def test_a_sum_with_an_unknown_part_is_unknown(part, tmp_path):
+    """An unknown loss is null in the table, which a query tells from 0."""
+    parts = [replace(part, lost=1, duration_s=2.0), replace(part, lost=None, duration_s=None)]
+    whole = together(parts)
+    assert (whole.lost, whole.duration_s) == (None, None)
+    outcome = Outcome("k", "a.blf", JUDGED, judged=whole, segments=2)
+    assert from_json(as_json(outcome)) == outcome
+    logs, _ = write_parquet([outcome, replace(outcome, judged=parts[0])], tmp_path)
+    table = pytest.importorskip("pyarrow.parquet").read_table(logs)
+    assert (table["lost"].to_pylist(), table["duration_s"].to_pylist()) == ([None, 1], [None, 2.0])
 
 
 def test_a_run_without_a_verdict_has_none(finished):
@@ -66,11 +80,11 @@ def test_a_run_without_a_verdict_has_none(finished):
 
 def test_the_part_that_decides_gives_its_words_and_all_give_their_sums(part):
     passed = replace(part, verdict="pass", reason_id="within_limits", frames=5, lost=1, crc_failures=2, duration_s=2.0)
-    failed = replace(passed, verdict="fail", reason_id="T_st_beyond_limit", exceedances=(EPISODE,), duration_s=None)
+    failed = replace(passed, verdict="fail", reason_id="T_st_beyond_limit", exceedances=(EPISODE,), duration_s=2.0)
     little = replace(passed, verdict="inconclusive", reason_id="too_little_motion", exceedances=(EPISODE,))
     whole = together([passed, failed, little])
     assert (whole.verdict, whole.reason_id) == ("fail", "T_st_beyond_limit")
-    assert (whole.frames, whole.lost, whole.crc_failures, whole.duration_s) == (15, 3, 6, 4.0)
+    assert (whole.frames, whole.lost, whole.crc_failures, whole.duration_s) == (15, 3, 6, 6.0)
     assert whole.exceedances == (EPISODE, EPISODE)
     assert together([little, passed]).verdict == "pass"
     first = replace(passed, deciding_s=7.0)
