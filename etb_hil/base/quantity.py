@@ -61,6 +61,8 @@ SPELLINGS = {
     "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "hertz": "Hz", "newton": "N", "newton meter": "N·m",
     "c": "degC", "°c": "degC", "celsius": "degC", "deg c": "degC", "degk": "K", "kelvin": "K",
     "u/min": "rpm", "umin": "rpm", "upm": "rpm", "1/min": "rpm", "min-1": "rpm",
+    "unit_percent": "%", "unit_degrecelsi": "degC", "unit_volt": "V", "unit_amper": "A", "unit_minutinver": "rpm",
+    "unit_degreeofarc": "deg",
 }  # fmt: skip
 # Of which SI units are made.
 _COHERENT = {
@@ -81,6 +83,16 @@ def tidy_unit(text: str) -> str:
     unit = re.sub(r"\s*([*·/])\s*", r"\1", unit).replace("*", "·")
     unit = re.sub(r"\s+", "·", unit)
     return re.sub(r"\b(m?)Nm(s?)\b", lambda m: f"{m[1]}N·m" + ("·s" if m[2] else ""), unit)
+
+
+def unit_meant(text: str) -> str:
+    """Return the unit that a DBC file or an export of its signals states.
+
+    It is in the table's spelling where the table knows it: `Volts` is `V`, `Grad` is `deg`.
+    """
+    # Tools that take UTF-8 for Windows' code page write `Â°C`; they have saved many a file so.
+    written = re.sub("Â(?=[°·µ²³])", "", text).strip()
+    return tidy_unit(SPELLINGS.get(written.lower(), written))
 
 
 def unit_of(dimension: str) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from io import BufferedReader
 from pathlib import Path
 
@@ -74,6 +75,14 @@ def read_bytes(path: Path, most: int = MOST_TEXT_BYTES, remedy: str = CHECK_PATH
     if len(content) > most:
         raise InputError(Problem("is too large", Place(path), allowed=f"up to {most} bytes"))
     return content
+
+
+def refuse_utf_16(path: Path, first: bytes) -> None:
+    """Raise InputError where a text file begins with the byte order mark of UTF-16."""
+    if first[:2] in {BOM_UTF16_LE, BOM_UTF16_BE}:
+        raise InputError(
+            Problem("is UTF-16 text", Place(path), first[:2].hex(" "), "UTF-8", remedy="save the file as UTF-8")
+        )
 
 
 def digest(path: Path, remedy: str = CHECK_PATH) -> str:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.memory import bounded_memory
+from etb_hil.base.quantity import unit_meant
 from etb_hil.base.roles import ROLES
 from etb_hil.base.userfile import require_file
 from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn, require_small
@@ -145,7 +146,9 @@ def _called(field: pa.Field) -> str:
     unit = (field.metadata or {}).get(b"unit")
     signal = field.name.rpartition(".")[2]
     role = signal if signal in ROLES else _snake(signal)
-    return str(field.name) if unit is None or role not in ROLES else f"{role} [{unit.decode('utf-8', 'replace')}]"
+    if unit is None or role not in ROLES:
+        return str(field.name)
+    return f"{role} [{unit_meant(unit.decode('utf-8', 'replace'))}]"
 
 
 def _snake(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from codecs import BOM_UTF8
 from collections import Counter
 from io import BytesIO, TextIOWrapper
 from typing import TYPE_CHECKING, cast
@@ -11,7 +12,7 @@ import cantools
 from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.userfile import read_bytes, refuse_empty
+from etb_hil.base.userfile import read_bytes, refuse_empty, refuse_utf_16
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,14 +33,37 @@ def load_dbc(path: Path) -> Database:
     Messages that break its rules are allowed, for vehicles' files are full of them.
     """
     refuse_empty(path, "name the controller's DBC file: it lists messages and signals")
-    # As cantools opens it: DBC files are written in Windows' code page.
-    text = TextIOWrapper(BytesIO(read_bytes(path, MOST_BYTES)), "cp1252", "replace").read()
+    content = read_bytes(path, MOST_BYTES)
+    refuse_utf_16(path, content)
+    text = TextIOWrapper(BytesIO(_in_utf_8(content)), "utf-8").read()  # with any ends of lines
     try:
         return cast("Database", cantools.database.load_string(text, database_format="dbc", strict=False))
     except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
         raise InputError(
             Problem(f"cannot be read as a DBC file: {error}", Place(path), remedy="correct the file")
         ) from None
+
+
+def _in_utf_8(content: bytes) -> bytes:
+    """Return the bytes of a DBC file in UTF-8, without a byte order mark.
+
+    A file that is not UTF-8 is in Windows' code page, as cantools opens it. Some are in both, as several tools wrote
+    them: each line goes by itself.
+    """
+    content = content.removeprefix(BOM_UTF8)
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        return b"\n".join(map(_line_in_utf_8, content.split(b"\n")))
+    return content
+
+
+def _line_in_utf_8(line: bytes) -> bytes:
+    try:
+        line.decode("utf-8")
+    except UnicodeDecodeError:
+        return line.decode("cp1252", "replace").encode("utf-8")
+    return line
 
 
 def require_plain(message: Message, path: Path | None = None) -> None:

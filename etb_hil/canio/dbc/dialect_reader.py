@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si
+from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si, unit_meant
 from etb_hil.base.roles import ROLES
 from etb_hil.canio.dbc.dbc_file import load_dbc
 from etb_hil.canio.dbc.dialect_message import DialectMessage, RoleColumn, SampleCounter
@@ -168,7 +168,7 @@ class _Reader:
         return RoleColumn(role, entry.names, scale, entry.offset, entry.wraps or turns is not None, turns)
 
     def _check_unit(self, role: str, signal: Signal, place: Place) -> None:
-        wanted, unit = ROLES[role].unit, tidy_unit(signal.unit or "")
+        wanted, unit = ROLES[role].unit, unit_meant(signal.unit or "")
         dimension = dimension_of_unit(unit)
         if not unit or unit == tidy_unit(wanted):
             return

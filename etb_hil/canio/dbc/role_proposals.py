@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.modes import Mode
-from etb_hil.base.quantity import dimension_of_unit, to_si
+from etb_hil.base.quantity import dimension_of_unit, to_si, unit_meant
 from etb_hil.base.roles import COMMANDED, ROLES
 from etb_hil.canio.dbc.message_subject import Subject, first_match, subjects_of, words_of
-from etb_hil.canio.dbc.role_rules import ASKED, OF_CONTROLLERS, RULES, THROTTLE, UNITS, VEHICLE, Rule
+from etb_hil.canio.dbc.role_rules import ASKED, OF_CONTROLLERS, RULES, THROTTLE, VEHICLE, Rule
 
 if TYPE_CHECKING:
     from cantools.database.can import Database, Message, Signal
@@ -219,7 +219,7 @@ def _scaled(rule: Rule, signal: Signal) -> tuple[str, float, float] | None:
     None where the unit speaks against the role.
     """
     wanted = dimension_of_unit(ROLES[rule.role].unit)
-    unit = UNITS.get((signal.unit or "").replace("Â", "").strip().lower(), signal.unit or "")
+    unit = unit_meant(signal.unit or "")
     if not unit:
         return None if rule.needs_unit else ("", 1.0, 0.0)
     if wanted is None or dimension_of_unit(unit) != wanted:

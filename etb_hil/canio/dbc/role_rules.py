@@ -7,14 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from etb_hil.base.quantity import SPELLINGS
-
-# What DBC files write for units, beside the spellings that every file of ours takes.
-UNITS = SPELLINGS | {
-    "unit_percent": "%", "unit_degrecelsi": "degC", "unit_volt": "V", "unit_amper": "A", "unit_minutinver": "rpm",
-    "unit_degreeofarc": "deg",
-}  # fmt: skip
-
 THROTTLE = r"throttle\w*|thrott|throt|thrtl|thr|plate|tps|etb|etc|drosselklapp\w*|dk|dkw|dks"
 # A message with more of these than of the throttle's is another unit's: so are its drives, modes and faults.
 VEHICLE = (
