@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from etb_hil.base.files import make_folder, replacing
 from etb_hil.store.address import StoreAddress
 from etb_hil.store.reading import joined_runs, reading
 from etb_hil.store.row_values import CHILDREN
+from etb_hil.store.run import OUTCOMES, require_outcome
 from etb_hil.store.schema import metadata, runs
 from etb_hil.store.selection import Selection
 
@@ -24,7 +26,8 @@ def export_parquet(address: StoreAddress, selection: Selection, folder: Path) ->
     What belongs to the runs is written, too.
 
     Column `run` of the other files is `id` of `runs.parquet`. Raises InputError where the store is missing or does not
-    answer, where pyarrow is not installed, or where a file cannot be written.
+    answer, where pyarrow is not installed, where a file cannot be written, or where no run writes an outcome that the
+    store holds.
     """
     try:
         import pyarrow as pa  # noqa: PLC0415 (an extra)
@@ -40,21 +43,31 @@ def export_parquet(address: StoreAddress, selection: Selection, folder: Path) ->
             query = sa.select(table).join(chosen, chosen.c.id == key).order_by(key)
             schema = pa.schema([(column.name, _kind(pa, column)) for column in table.columns])
             written.append(folder / f"{name}.parquet")
-            _write(connection, query, schema, written[-1])
+            _write(connection, query, schema, written[-1], str(address))
     return written
 
 
-def _write(connection: sa.Connection, query: sa.Select[Any], schema: Any, path: Path) -> None:  # noqa: ANN401 (no types)
+def _write(connection: sa.Connection, query: sa.Select[Any], schema: Any, path: Path, store: str) -> None:  # noqa: ANN401 (no types)
     import pyarrow as pa  # noqa: PLC0415
     from pyarrow import parquet  # noqa: PLC0415
 
     streamed = connection.execution_options(stream_results=True, max_row_buffer=_AT_ONCE).execute(query)
     with replacing(path) as part, parquet.ParquetWriter(part, schema, compression="zstd") as file:
         for rows in streamed.partitions(_AT_ONCE):
+            _require_outcomes(path.stem, schema.names, rows, store)
             columns = [
                 pa.array(column, kind) for column, kind in zip(zip(*rows, strict=True), schema.types, strict=True)
             ]
             file.write_batch(pa.record_batch(columns, schema=schema))
+
+
+def _require_outcomes(table: str, columns: list[str], rows: Sequence[Sequence[Any]], store: str) -> None:
+    """Raise InputError for the first outcome in some rows that no run writes."""
+    for column in OUTCOMES.get(table, {}):
+        at = columns.index(column)
+        for row in rows:
+            of = f"run {row[1]}" if table == "runs" else f"run {row[0]}, {row[1]}"  # the run's id, or its number
+            require_outcome(table, column, row[at], of, store)
 
 
 def _kind(pa: Any, column: sa.Column[Any]) -> Any:  # noqa: ANN401

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
@@ -21,8 +22,8 @@ from etb_hil.store.selection import EVERYTHING, Selection
 def read_store(address: StoreAddress, selection: Selection = EVERYTHING) -> list[Run]:
     """Return the finished runs of a store in order of time.
 
-    Raises InputError where it is no store, or cannot be reached. An embedded store of an earlier version is brought up
-    to date first.
+    Raises InputError where it is no store, cannot be reached, or holds an outcome that no run writes. An embedded store
+    of an earlier version is brought up to date first.
     """
     chosen = chosen_runs(selection)
     numbers: dict[int, dict[str, Values]] = {}
@@ -34,6 +35,10 @@ def read_store(address: StoreAddress, selection: Selection = EVERYTHING) -> list
             return [_run(entry, numbers.get(entry[0], {})) for entry in reversed(entries)]
         except TypeError as error:
             raise _no_store(address, str(error)) from None
+        except InputError as error:
+            file = str(address)
+            named = (replace(one, place=replace(one.place or Place(), file=file)) for one in error.problems)
+            raise InputError(*named) from None
 
 
 def known_runs(address: StoreAddress) -> set[str]:

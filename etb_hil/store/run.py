@@ -11,7 +11,7 @@ from datetime import datetime
 from typing import NamedTuple
 
 from etb_hil.base.clock import stored_time
-from etb_hil.base.errors import shortened
+from etb_hil.base.errors import InputError, Place, Problem, shortened
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.store.row_values import RunRows
 
@@ -21,6 +21,11 @@ _UNDECIDED = ("_undecided", "_without_interval")  # a sound measurement that its
 OF_RUN = (
     "run_id", "started", "bench", "scenario", "serial", "part_number", "revision", "bench_outcome", "verdict", "reason",
 )  # fmt: skip
+# What the columns of outcomes may hold. A store is a plain file, which others may have written.
+OUTCOMES: Mapping[str, Mapping[str, tuple[str | None, ...]]] = {
+    "runs": {"bench_outcome": (*BenchOutcome,), "verdict": (*UnitVerdict, None)},
+    "measurements": {"verdict": (*UnitVerdict, None)},
+}
 _READ = ("runs", "measurements")  # the tables of a waiting run that a history reads
 VALUES = ("value", "low", "high", "limit_low", "limit_high", "unit")
 Values = tuple[float | None, float | None, float | None, float | None, float | None, str]
@@ -89,7 +94,7 @@ def run_of(
     id, start, bench and scenario; serial, part and revision; outcome, verdict and reason.
 
     `numbers` maps ids to value, low, high, limits and unit. Raises TypeError where one of these is of another type, and
-    where the start is no time.
+    where the start is no time. InputError names the run and the column of an outcome or a verdict that does not exist.
     """
     units = (row[-1] for row in numbers.values())
     texts = (*run, *unit, outcome[0], outcome[2], *numbers, *units, "" if outcome[1] is None else outcome[1])
@@ -99,6 +104,8 @@ def run_of(
         stored_time(run[1])
     except ValueError:
         raise TypeError(f"the start of a run must be a time as ISO 8601 has it: {shortened(run[1])!r}") from None
+    for column, its in zip(OUTCOMES["runs"], outcome[:2], strict=True):
+        require_outcome("runs", column, its, f"run {run[0]}")
     for row in numbers.values():
         for value in row[:-1]:
             if value is not None and not (isinstance(value, float | int) and abs(value) <= _LARGEST):  # nan, too
@@ -106,6 +113,19 @@ def run_of(
     measured = {name: _number(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
     temperature = measured.pop(TEMPERATURE, None)
     return Run(*run, *unit, *outcome, None if temperature is None else temperature.value, measured)
+
+
+def require_outcome(table: str, column: str, value: str | None, of: str, file: str | None = None) -> None:
+    """Raise InputError where a column of outcomes holds another text than those that runs write.
+
+    `of` names the run, `file` the store. A column that `OUTCOMES` does not name may hold any text.
+    """
+    allowed = OUTCOMES.get(table, {}).get(column)
+    if allowed is not None and value not in allowed:
+        listed = ", ".join("null" if one is None else str(one) for one in allowed)
+        remedy = "name the run's session in place of the store: its results have a checksum"
+        place = Place(file, key=f"{of}: {table}.{column}")
+        raise InputError(Problem("must be an outcome that a run writes", place, value, listed, remedy))
 
 
 def _number(value: float, *row: *tuple[float | None, float | None, float | None, float | None, str]) -> Measured:

@@ -13,12 +13,14 @@ from alembic.migration import MigrationContext
 from made_up_runs import LIMITS, result, session
 
 from etb_hil.base.errors import InputError
+from etb_hil.cli.main import main
 from etb_hil.histories.runs import read_runs, run_of_results, runs_at
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Unit
 from etb_hil.store.address import STORE, StoreAddress, store_address
 from etb_hil.store.connection import connected, require_schema
 from etb_hil.store.engine import engine_of
+from etb_hil.store.parquet_export import export_parquet
 from etb_hil.store.queue import Queue
 from etb_hil.store.reading import known_runs, read_store
 from etb_hil.store.run import run_of
@@ -226,6 +228,52 @@ def test_a_start_that_is_no_time_is_refused(tmp_path, started):
     file.close()
     with pytest.raises(InputError, match=re.escape(f"ISO 8601 has it: {started!r}")):
         read_store(store)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "allowed"),
+    [
+        ("bench_outcome", "5", "ok, fault, aborted"),
+        ("bench_outcome", "", "ok, fault, aborted"),
+        ("verdict", "maybe", "pass, fail, inconclusive, null"),
+        ("verdict", "PASS", "pass, fail, inconclusive, null"),
+    ],
+)
+def test_an_outcome_that_no_run_writes_is_refused(column, value, allowed, tmp_path, capsys):
+    """A store is a plain file: its outcomes are checked wherever it is read."""
+    pytest.importorskip("pyarrow")
+    store = StoreAddress(tmp_path / STORE)
+    delivered(tmp_path, store, result(1), result(2))
+    with sqlite3.connect(store.path) as file:
+        file.execute(f"UPDATE runs SET {column} = ? WHERE run_id = 'run-0002'", (value,))  # noqa: S608 (our columns)
+    file.close()
+    says = re.escape(f"{store.path}: run run-0002: runs.{column}: ") + f".*{value!r}.*allowed: {allowed}; name"
+    for read in (read_store, lambda address: export_parquet(address, Selection(), tmp_path / "out")):
+        with pytest.raises(InputError, match=says):
+            read(store)
+    assert main(["history", str(store.path)]) == 2
+    assert "run-0002" in capsys.readouterr().err
+
+
+def test_a_verdict_of_a_measurement_that_no_run_writes_is_not_exported(tmp_path):
+    pytest.importorskip("pyarrow")
+    store = StoreAddress(tmp_path / STORE)
+    delivered(tmp_path, store, result(1))
+    with sqlite3.connect(store.path) as file:
+        file.execute("UPDATE measurements SET verdict = 'good' WHERE id = 'T_st'")
+    file.close()
+    with pytest.raises(InputError, match=r"run 1, T_st: measurements.verdict: .*'good'"):
+        export_parquet(store, Selection(), tmp_path / "out")
+    assert not (tmp_path / "out" / "measurements.parquet").exists()
+
+
+def test_a_run_without_a_verdict_is_read(tmp_path):
+    store = StoreAddress(tmp_path / STORE)
+    delivered(tmp_path, store, result(1))
+    with sqlite3.connect(store.path) as file:
+        file.execute("UPDATE runs SET bench_outcome = 'aborted', verdict = NULL")
+    file.close()
+    assert [(run.bench_outcome, run.verdict) for run in read_store(store)] == [("aborted", None)]
 
 
 def test_a_damaged_store_whose_message_is_no_text_is_refused(tmp_path):
