@@ -6,6 +6,7 @@ A chart draws nothing. `svg` makes it an `<svg>` element, and `drawing` a matplo
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -33,6 +34,7 @@ VARIABLES = {
 
 MARGIN = 0.05  # of a range, free at each end of an axis
 _NOTHING = (0.0, 1.0)
+_LARGEST = sys.float_info.max
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,10 +217,16 @@ def _heights(mark: Mark) -> Iterable[float]:
     return [mark.at] if isinstance(mark, Rule) and mark.is_level else []
 
 
+def share_of_range(value: Float64, low: float, high: float) -> Float64:
+    """Return where values (n) are between `low` (0) and `high` (1)."""
+    half = 1.0 if math.isfinite(high - low) else 0.5  # the difference of two finite numbers may be beyond float64
+    return (half * value - half * low) / (half * high - half * low)
+
+
 def _with_margin(values: Iterable[float]) -> tuple[float, float]:
     found = list(values)
     if not found:
         return _NOTHING
     low, high = min(found), max(found)
-    room = MARGIN * (high - low) or MARGIN * abs(high) or MARGIN
-    return low - room, high + room
+    room = min(MARGIN * (high - low) or MARGIN * abs(high) or MARGIN, _LARGEST)
+    return max(low - room, -_LARGEST), min(high + room, _LARGEST)

@@ -31,6 +31,7 @@ from etb_hil.report.chart import (
     Panel,
     Rule,
     Text,
+    share_of_range,
 )
 
 _DASHES = {"--": (3.7, 1.6), ":": (1.0, 1.65), "-.": (6.4, 1.6, 1.0, 1.6)}  # of a line one point wide
@@ -74,11 +75,11 @@ class _Frame:
         if self.is_log:
             with np.errstate(all="ignore"):
                 values, low, high = np.log10(values), math.log10(low), math.log10(high)
-        return self.left + self.width * (values - low) / (high - low)
+        return self.left + self.width * share_of_range(values, low, high)
 
     def down(self, value: Float64 | float) -> Float64:
         low, high = self.y
-        return self.top + self.height * (high - np.asarray(value, np.float64)) / (high - low)
+        return self.top + self.height * share_of_range(np.asarray(value, np.float64), high, low)
 
     @property
     def box(self) -> str:

@@ -18,7 +18,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.tables import read_table
-from etb_hil.report import condition_plots, plots
+from etb_hil.report import condition_plots, plots, ticks
 from etb_hil.report.chart import LIMIT, Chart, Panel
 from etb_hil.report.drawing import figure_of
 from etb_hil.report.recording_plot import chart_of, plot_recording
@@ -221,6 +221,42 @@ def test_scales_are_round_evenly_spaced_and_inside(low, span, height):
     assert 1 <= len(at) <= 10
     assert all(box[1] - 0.01 <= y <= box[1] + box[3] + 0.01 for y in at)
     assert np.ptp(np.diff(at)) < 0.05 if len(at) > 2 else True
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+EXTREME = st.sampled_from(
+    [0.0, -0.0, 5e-324, 5.29970416e-315, 2.2250738585072014e-308, 1e-300, 1e308, 1.7976931348623157e308]
+)
+
+
+@given(st.one_of(FINITE, EXTREME, EXTREME.map(lambda v: -v)), st.one_of(FINITE, EXTREME), st.integers(-1, 40))
+def test_any_finite_range_has_a_scale(low, high, most):
+    low, high = sorted((low, high))
+    values, texts = zip(*ticks.linear(low, high, most), strict=True)
+    assert all(map(np.isfinite, values))
+    assert list(values) == sorted(set(values))
+    assert 1 <= len(values) <= 12
+    assert len(values) > 1 or low == high
+    room = 1e-8 * (high / 2.0 - low / 2.0)
+    assert low - room <= values[0] <= values[-1] <= high + room
+    assert all(texts)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (0.0, 5.29970416e-315),
+        (5e-324, 5e-324),
+        (-1.7e308, 1.7e308),
+        (1e308, 1.7e308),
+        (1.7e308, 1.7e308),
+        (1.0, np.nextafter(1.0, 2.0)),
+    ],
+)
+def test_a_signal_of_any_finite_values_becomes_a_picture(values):
+    svg = svg_of(chart_of(recording(motor_current=values), ["motor_current"]), "t")
+    assert "nan" not in svg
+    assert "inf" not in svg
 
 
 def test_a_scale_reads_as_people_write_it():
