@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.userfile import open_file, unreadable
+from etb_hil.base.userfile import open_file, refuse_utf_16, unreadable
 from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn, require_small
 from etb_hil.recording.samples import Float64, Int64
 
@@ -73,6 +73,7 @@ class CsvTable:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self.notes: list[str] = []  # of what was read last
         self.header_line, header, self._delimiter = self._header()
         self.names = tuple(name.strip() for name in header)
         twice = {name for name, count in Counter(self.names).items() if name and count > 1}
@@ -94,6 +95,7 @@ class CsvTable:
         InputError lists up to 20 broken cells with line, column and value; of decimal commas and of times that go back
         the first alone.
         """
+        self.notes = []
         wanted = {name: self.names.index(name) for name in names}
         read = _Read(self.names.index(time.column), NS_PER_UNIT[time.unit], [*wanted.values()])
         for rows in self._blocks(read):
@@ -226,13 +228,18 @@ class CsvTable:
         for line, text in self._lines():
             if text.strip() and not text.startswith("#"):
                 delimiter = next((mark for mark in "\t;" if mark in text), ",")
-                return line, self._split(line, text, delimiter), delimiter
+                return line, self._split(line, text.rstrip("\n"), delimiter), delimiter
         raise InputError(Problem("is empty", Place(self._path), remedy="write the columns' names in its first line"))
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
         for line, text in self._lines():
             if line > self.header_line and text.strip() and not text.startswith("#"):
-                yield line, self._split(line, text, self._delimiter)
+                yield line, self._split(line, text.rstrip("\n"), self._delimiter)
+                # Its last number may have had more digits. Many editors and exporters leave the last end of line out.
+                if not text.endswith("\n"):
+                    what = "the last line has no end of line: if the file is cut off, its last value may be wrong"
+                    remedy = "compare the line with the source of the file"
+                    self.notes.append(str(Problem(what, Place(self._path, line), remedy=remedy)))
 
     def _split(self, line: int, text: str, delimiter: str) -> list[str]:
         if '"' not in text:
@@ -244,20 +251,21 @@ class CsvTable:
             raise InputError(Problem(what, Place(self._path, line), remedy="correct the line or remove it")) from None
 
     def _lines(self) -> Iterator[tuple[int, str]]:
-        """Yield numbered lines, one by one.
+        """Yield numbered lines with their ends, one by one.
 
         A stray quote cannot swallow the rest of the file then.
         """
         line = 0
         try:
-            with TextIOWrapper(open_file(self._path), "utf-8-sig") as file:
+            with open_file(self._path) as content, TextIOWrapper(content, "utf-8-sig") as file:
+                refuse_utf_16(self._path, content.peek(2))
                 while text := file.readline(MAX_CELL):
                     line += 1
                     if len(text) == MAX_CELL or "\0" in text:
                         raise InputError(
                             Problem("must be a line of a table", Place(self._path, line), remedy="give a text table")
                         )
-                    yield line, text.rstrip("\n")
+                    yield line, text
         except UnicodeDecodeError:
             raise InputError(
                 Problem("is not UTF-8 text", Place(self._path, line + 1), remedy="save it as UTF-8")

@@ -58,6 +58,8 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
     if map_file is None and not is_of_log and (unread := _unread(table.names, plan)):
         recording.notes.append(str(Problem(f"columns without a known role were left out: {unread}")))
+    if isinstance(table, CsvTable):
+        recording.notes += table.notes
     blocks = []
     for source, rows, uses in _sources(table, path, plan.roles, raw):
         columns = {use.role: _to_si(raw[use.column][rows], use.factor, use.offset) for use in uses}

@@ -275,6 +275,33 @@ def test_columns_without_a_known_role_are_named(tmp_path):
     assert "\x1b" not in note
 
 
+@pytest.mark.parametrize("end", ["", "\n", "\r\n", "\n\n", "\n# a comment"])
+def test_a_last_line_without_its_end_is_noted(tmp_path, end):
+    """A number that is cut off is another number."""
+    path = table(tmp_path, "time_s,motor_voltage_V\n0,1\n0.002,15." + end)
+    recording = read_table(path)
+    assert recording.series("motor_voltage").values.tolist() == [1.0, 15.0]
+    if end:
+        assert recording.notes == []
+    else:
+        (note,) = recording.notes
+        assert note.startswith(f"{path}:3: the last line has no end of line: ")
+
+
+def test_a_last_row_that_is_cut_off_before_its_last_cell_is_refused(tmp_path):
+    (problem,) = problems(table(tmp_path, "time_s,motor_voltage_V,motor_current_A\n0,1,2\n0.002,15."))
+    assert "table.csv:3: a row of 2 cells under 3 names; complete the row or remove it" in problem
+
+
+@pytest.mark.parametrize("order", ["utf-16-le", "utf-16-be"])
+def test_a_table_in_utf_16_is_named_as_such(tmp_path, order):
+    path = tmp_path / "table.csv"
+    path.write_bytes("\N{ZERO WIDTH NO-BREAK SPACE}time_s,motor_voltage_V\n0,1\n".encode(order))
+    (problem,) = problems(path)
+    assert problem.startswith(f"{path}: is UTF-16 text ")
+    assert problem.endswith("allowed: UTF-8; save the file as UTF-8")
+
+
 def test_rows_in_reverse_order_are_one_problem(tmp_path):
     rows = "".join(f"{5000 - k},1\n" for k in range(5000))
     (problem,) = problems(table(tmp_path, "time_ms,motor_voltage_V\n" + rows))
