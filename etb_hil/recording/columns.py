@@ -156,6 +156,14 @@ def plan_by_names(
     return TablePlan(times[0], tuple(found.values()))
 
 
+def is_named_as_signal(name: str) -> bool:
+    """Return whether a name is that of the time or of a role, or is close to one."""
+    try:
+        return _time_by_name(name) is not None or _role_by_name(name) is not None
+    except ValueError:
+        return True
+
+
 def _time_by_name(name: str) -> TimeColumn | None:
     for word in TIME_NAMES:
         unit = _unit_after(name, word)

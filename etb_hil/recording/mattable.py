@@ -1,12 +1,12 @@
 """Tables in MATLAB's MAT files.
 
-Every numeric vector as long as the time is a column.
+Every vector of real numbers is a column. All other variables are named with their kind.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
@@ -22,7 +22,9 @@ from etb_hil.recording.samples import Float64, Int64
 
 MOST_BYTES = 256 << 20  # of a file, and of what its variables unpack to
 _HEADER, _TAG = 128, 8
-_COMPRESSED, _FLAGS, _DIMENSIONS = 15, 6, 5  # kinds of element
+_COMPRESSED, _FLAGS, _DIMENSIONS, _LETTERS = 15, 6, 5, 1  # kinds of element
+_SINGLE, _TEXT = "a single value", "text"
+_KINDS = {1: "a cell array", 2: "a struct", 3: "an object", 4: _TEXT, 5: "a sparse matrix", 16: "a function"}  # classes
 _NUMBERS = frozenset({1, 2, 3, 4, 5, 6, 7, 9, 12, 13})  # kinds that hold integers of 8 to 64 bits, single or double
 _MOST_DIMENSIONS = 32  # for which SciPy has room
 _COMPLEX = 0x0800  # of the flags: there is an imaginary part
@@ -36,8 +38,31 @@ class MatTable:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._vectors = {name: value.reshape(-1) for name, value in self._load().items() if _is_vector(value)}
+        variables = self._load()
+        self._vectors = {name: value.reshape(-1) for name, value in variables.items() if _is_vector(value)}
         self.names = tuple(self._vectors)
+        # What cannot be a column, by name: its size or its kind in words.
+        self.others = {name: _kind(value) for name, value in variables.items() if name not in self._vectors}
+
+    def require_vectors(self, names: Iterable[str], *, takes_single: bool = False) -> None:
+        """Raise InputError for those of the names that are other variables than vectors.
+
+        With `takes_single` a single value may have any name. It is no signal but a constant of the measurement, such as
+        a temperature of the room, which says nothing against the vectors.
+        """
+        problems = [
+            Problem(
+                "must be a vector of real numbers",
+                Place(self._path, key=name),
+                self.others[name],
+                "a value for each time, n x 1 or 1 x n",
+                "save each signal as a vector of its own, or leave this one out with a map file",
+            )
+            for name in names
+            if name in self.others and not (takes_single and self.others[name] == _SINGLE)
+        ]
+        if problems:
+            raise InputError(*problems)
 
     def read(self, time: TimeColumn, names: Sequence[str]) -> tuple[Int64, dict[str, Float64]]:
         """Return the time in ns and the named vectors.
@@ -76,8 +101,11 @@ class MatTable:
         content = read_bytes(self._path, MOST_BYTES)
         try:
             with bounded_memory(self._path):
-                found = loadmat(BytesIO(_vectors(content) if _is_version_5(content) else content))
-                return {k: v for k, v in found.items() if not k.startswith("__")}
+                others: dict[str, str] = {}
+                if _is_version_5(content):
+                    content, others = _numeric(content)
+                found = loadmat(BytesIO(content))
+                return {k: v for k, v in (others | found).items() if not k.startswith("__")}
         except InputError:
             raise
         except NotImplementedError:
@@ -101,8 +129,8 @@ def _is_version_5(content: bytes) -> bool:
     return len(content) >= _HEADER and 0 not in content[:4] and 1 in content[_HEADER - 4 : _HEADER - 2]
 
 
-def _vectors(content: bytes) -> bytes:
-    """Return a MAT file of its numeric arrays alone, unpacked.
+def _numeric(content: bytes) -> tuple[bytes, dict[str, str]]:
+    """Return a MAT file of its numeric arrays alone, unpacked, and the kinds of its other variables by name.
 
     SciPy would unpack to any size and nest to any depth.
 
@@ -110,6 +138,7 @@ def _vectors(content: bytes) -> bytes:
     """
     order: Literal["little", "big"] = "little" if content[_HEADER - 2 : _HEADER] == b"IM" else "big"
     parts, at, left = [content[:_HEADER]], _HEADER, MOST_BYTES
+    others: dict[str, str] = {}
     while at + _TAG <= len(content):
         kind, size = (int.from_bytes(content[at + first : at + first + 4], order) for first in (0, 4))
         element = content[at : at + _TAG + size]
@@ -130,7 +159,18 @@ def _vectors(content: bytes) -> bytes:
             _require_array(element, order, is_complex=bool(flags & _COMPLEX))
             parts.append(element)
             left -= size
-    return b"".join(parts)
+        elif (name := _name(element, order)) is not None:
+            others[name] = _KINDS.get(flags & 0xFF, "no numbers")
+    return b"".join(parts), others
+
+
+def _name(element: bytes, order: Literal["little", "big"]) -> str | None:
+    """Return the name of an array: its third part, behind flags and dimensions."""
+    parts = list(islice(_parts(element, order), 3))
+    if [kind for kind, *_ in parts] != [_FLAGS, _DIMENSIONS, _LETTERS]:
+        return None
+    _, size, first = parts[2]
+    return element[first : first + size].decode("ascii", "replace") or None
 
 
 def _require_array(element: bytes, order: Literal["little", "big"], *, is_complex: bool) -> None:
@@ -141,15 +181,15 @@ def _require_array(element: bytes, order: Literal["little", "big"], *, is_comple
     parts = list(islice(_parts(element, order), 4 + is_complex))
     if len(parts) < 4 + is_complex:
         raise ValueError("an array in it is cut off")
-    (flags, _), (kind, length), _, *values = parts
+    (flags, *_), (kind, length, _), _, *values = parts
     if flags != _FLAGS or kind != _DIMENSIONS or length % 4 or not 2 <= length // 4 <= _MOST_DIMENSIONS:
         raise ValueError("an array in it lacks its dimensions")
-    if any(kind not in _NUMBERS for kind, _ in values):
+    if any(kind not in _NUMBERS for kind, *_ in values):
         raise ValueError("the values of an array in it must be numbers")
 
 
-def _parts(element: bytes, order: Literal["little", "big"]) -> Iterator[tuple[int, int]]:
-    """Yield kind and number of bytes of the parts of an array.
+def _parts(element: bytes, order: Literal["little", "big"]) -> Iterator[tuple[int, int, int]]:
+    """Yield kind, number of bytes and first byte of the parts of an array.
 
     A part of up to four bytes may stand in its own tag.
     """
@@ -158,10 +198,11 @@ def _parts(element: bytes, order: Literal["little", "big"]) -> Iterator[tuple[in
         kind, size = (int.from_bytes(element[at + first : at + first + 4], order) for first in (0, 4))
         if is_small := kind >> 16:
             kind, size = kind & 0xFFFF, kind >> 16
+        first = at + (_TAG // 2 if is_small else _TAG)
         at += _TAG if is_small else _TAG + size + -size % _TAG
         if (is_small and size > 4) or at - (0 if is_small else -size % _TAG) > len(element):
             return
-        yield kind, size
+        yield kind, size, first
 
 
 def _is_vector(value: object) -> bool:
@@ -171,3 +212,17 @@ def _is_vector(value: object) -> bool:
         and value.size > 1
         and value.size == max(value.shape, default=0)
     )
+
+
+def _kind(value: object) -> str:
+    """Return the size of an array that is no vector, or its kind in words."""
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "iufbcU":
+        return "no numbers"
+    if value.dtype.kind == "U":
+        return _TEXT
+    size = " x ".join(map(str, value.shape))
+    if value.dtype.kind == "c":
+        return f"{size}, complex"
+    return _SINGLE if value.size == 1 else size

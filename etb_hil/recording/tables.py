@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from etb_hil.base.errors import InputError, Place, Problem, shortened
 from etb_hil.base.userfile import refuse_empty
 from etb_hil.base.yamlfile import load
-from etb_hil.recording.columns import Conversion, TableMap, TablePlan, plan_by_map, plan_by_names
+from etb_hil.recording.columns import Conversion, TableMap, TablePlan, is_named_as_signal, plan_by_map, plan_by_names
 from etb_hil.recording.csvtable import CsvTable
 from etb_hil.recording.mattable import MatTable
 from etb_hil.recording.pairing import paired
@@ -37,7 +37,8 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     Signals of a log in an export as Parquet state their units apart; messages as fast as the fastest share its rows.
     Slower columns of a table that are filled in other rows than the fastest ones have these rows alone.
     The time column is the sample clock; of rows with the same time the first is kept. Notes say so, and which columns
-    have a name that is no role. Raises InputError with file, line, column, value and what to do.
+    have a name that is no role, which variables of a MAT file are no columns, and which last line may be cut off.
+    Raises InputError with file, line, column, value and what to do.
     """
     table_type = FORMATS.get(path.suffix.lower())
     if table_type is None:
@@ -46,18 +47,14 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
         raise InputError(Problem("must have a suffix of a table", Place(path), path.suffix, allowed=", ".join(FORMATS)))
     refuse_empty(path, "save the measured values again: a table has named columns and a row for each instant")
     table = table_type(path)
-    if map_file is None:
-        called = table.called if isinstance(table, ParquetTable) else {}
-        plan = plan_by_names(path, table.names, table.header_line, called)
-    else:
-        plan = plan_by_map(load(map_file, TableMap), path, table.names)
+    plan = _plan(table, path, map_file)
     time_ns, raw = table.read(plan.time, [use.column for use in plan.roles])
     if not len(time_ns):
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     is_of_log = isinstance(table, ParquetTable) and table.is_of_log
     recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
-    if map_file is None and not is_of_log and (unread := _unread(table.names, plan)):
-        recording.notes.append(str(Problem(f"columns without a known role were left out: {unread}")))
+    if map_file is None and not is_of_log:
+        recording.notes += _left_out(table, plan)
     if isinstance(table, CsvTable):
         recording.notes += table.notes
     blocks = []
@@ -71,10 +68,31 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     return recording
 
 
-def _unread(names: Sequence[str], plan: TablePlan) -> str:
-    """Return the columns that nothing is read from."""
+def _plan(table: CsvTable | MatTable | ParquetTable, path: Path, map_file: Path | None) -> TablePlan:
+    """Return what to read from a table, by its map file or by its names."""
+    if map_file is None:
+        if isinstance(table, MatTable):
+            table.require_vectors(filter(is_named_as_signal, table.others), takes_single=True)
+        called = table.called if isinstance(table, ParquetTable) else {}
+        return plan_by_names(path, table.names, table.header_line, called)
+    document = load(map_file, TableMap)
+    if isinstance(table, MatTable):
+        table.require_vectors([document.content.time.column, *(use.column for use in document.content.roles.values())])
+    return plan_by_map(document, path, table.names)
+
+
+def _left_out(table: CsvTable | MatTable | ParquetTable, plan: TablePlan) -> Iterator[str]:
+    """Yield a note of the columns that nothing is read from, and one of what is no column."""
     read = {plan.time.column, *(use.column for use in plan.roles)}
-    left = [shortened(name, 40) for name in names if name and name not in read]
+    if unread := [shortened(name, 40) for name in table.names if name and name not in read]:
+        yield str(Problem(f"columns without a known role were left out: {_listed(unread)}"))
+    if isinstance(table, MatTable) and table.others:
+        named = _listed([f"{shortened(name, 40)} ({kind})" for name, kind in table.others.items()])
+        yield str(Problem(f"variables that are no vectors of real numbers were left out: {named}"))
+
+
+def _listed(left: Sequence[str]) -> str:
+    """Return the first names, and how many more there are."""
     more = f" and {len(left) - _NAMED} more" if len(left) > _NAMED else ""
     return ", ".join(left[:_NAMED]) + more
 

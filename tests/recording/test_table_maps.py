@@ -9,6 +9,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.recording.tables import read_table
 
 scipy_io = pytest.importorskip("scipy.io", reason="MAT files need SciPy")
+scipy_sparse = pytest.importorskip("scipy.sparse", reason="MAT files need SciPy")
 
 MAP = """schema: etb_hil/table_map/1
 time: {column: zeit, unit: ms}
@@ -126,3 +127,62 @@ def test_a_mat_file_may_hold_arrays_of_all_kinds_of_numbers(tmp_path, map_file, 
     columns = {"zeit": np.arange(3, dtype=np.int16), "winkel": np.zeros(3), "u": np.array([1, 0, 1], dtype).real}
     scipy_io.savemat(path, others | columns, do_compression=packed)
     assert read_table(path, map_file).series("motor_voltage").values.tolist() == [1e-3, 0.0, 1e-3]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_variables_of_a_mat_file_that_are_no_vectors_are_named_with_their_kind(tmp_path, packed):
+    """A single value is a constant of the measurement, whatever its name is."""
+    path = tmp_path / "t.mat"
+    others = {
+        "temperature_degC": 21.5,
+        "begin": "09:30",
+        "gains": np.ones((3, 2)),
+        "cube": np.ones((2, 3, 2)),
+        "roots": np.array([1j, 2j]),
+        "nothing": np.zeros((0, 3)),
+        "about": {"rig": "left"},
+        "names": np.array(["a", 2.0], dtype=object),
+        "sparse": scipy_sparse.csc_matrix(np.eye(3)),
+    }
+    vectors = {"time_s": [0.0, 1.0], "motor_voltage_V": [1.0, 2.0], "strom": [0.0, 1.0]}
+    scipy_io.savemat(path, vectors | others, do_compression=packed)
+    recording = read_table(path)
+    assert [*recording.roles] == ["motor_voltage"]
+    unread, left_out = recording.notes
+    assert unread == "columns without a known role were left out: strom"
+    names, kinds = left_out.split(": ", 1)
+    assert names == "variables that are no vectors of real numbers were left out"
+    assert set(kinds.removesuffix(")").split("), ")) == {
+        "temperature_degC (a single value", "begin (text", "gains (3 x 2", "cube (2 x 3 x 2", "roots (1 x 2, complex",
+        "nothing (0 x 3", "about (a struct", "names (a cell array", "sparse (a sparse matrix",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("throttle_angle_deg", np.ones((50, 2)), "50 x 2"),
+        ("motor_current_A", np.array([1j, 2j]), "1 x 2, complex"),
+        ("motor_current", {"Time": [0.0, 1.0], "Data": [1.0, 2.0]}, "a struct"),
+        ("motor_current_A", np.zeros((0, 0)), "0 x 0"),
+        ("motor_current_A", "1 2 3", "text"),
+        ("t_ms", np.ones((2, 2)), "2 x 2"),
+    ],
+)
+def test_a_signal_of_a_mat_file_that_is_no_vector_is_refused(tmp_path, name, value, says):
+    path = tmp_path / "t.mat"
+    scipy_io.savemat(path, {"time_s": [0.0, 1.0], "motor_voltage_V": [1.0, 2.0], name: value})
+    with pytest.raises(InputError) as caught:
+        read_table(path)
+    assert str(caught.value) == (
+        f"{path}: {name}: must be a vector of real numbers (it is '{says}'); allowed: a value for each time, "
+        "n x 1 or 1 x n; save each signal as a vector of its own, or leave this one out with a map file"
+    )
+
+
+@pytest.mark.parametrize(("value", "says"), [(3.0, "a single value"), (np.ones((2, 2)), "2 x 2"), ("a", "text")])
+def test_a_map_file_names_no_variable_that_is_no_vector(tmp_path, map_file, value, says):
+    path = tmp_path / "t.mat"
+    scipy_io.savemat(path, {"zeit": [0.0, 1.0], "winkel": [0.0, 1.0], "u": value})
+    with pytest.raises(InputError, match=rf"u: must be a vector of real numbers \(it is '{says}'\)"):
+        read_table(path, map_file)
