@@ -11,13 +11,13 @@ import numpy as np
 from etb_hil.api.arguments import checked
 from etb_hil.api.recordings import Recording, read
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 
 if TYPE_CHECKING:
     from etb_hil.plant.parameters import Model
     from etb_hil.recording import recording
     from etb_hil.recording.samples import Float64, Int64
 
-AMBIENT_C = 20.0  # where models state their values, and a table has no temperature
 SLOWEST_HZ, FASTEST_HZ = 1.0, 20e3  # the controller's machine lives in ticks of 50 us
 
 
@@ -117,7 +117,7 @@ def _temperature(given: recording.Recording, time_ns: Int64) -> Float64:
         known = np.isfinite(told.values)
         if known.any():
             return np.interp(time_ns, told.time_ns[known], told.values[known])
-    return np.full(len(time_ns), AMBIENT_C)
+    return np.full(len(time_ns), REFERENCE_TEMPERATURE)  # a table has none
 
 
 def _quantity(option: str, given: float | str, dimension: str) -> float:

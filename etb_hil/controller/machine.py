@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 from etb_hil.base.rewinding import Rewindable
 from etb_hil.controller import monitors
 from etb_hil.controller.kernel import ARRIVED, run_ticks
@@ -39,7 +40,7 @@ from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 
-AMBIENT_C = 20.0  # where the stock models state their values
+AMBIENT_C = REFERENCE_TEMPERATURE  # where the stock models state their values
 HEATING_K_PER_W = 3.0  # housing over ambient; a throttle body in still air
 HEATING_TIME_S = 600.0
 BRAKING_SHARE = 0.6  # of the torque at stall: what is counted on for braking before a stop

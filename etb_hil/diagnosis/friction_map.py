@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 from etb_hil.recording.samples import Float64, Int64
 
 CELL = 0.035  # rad, 2 deg: what a window of 17 ms resolves at up to 2 rad/s
 TEMPERATURE_CELL = 10.0  # K
 FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 
-_ROOM = 20.0  # degC
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
 _FEWEST = 4  # windows a cell and direction
 _LEAST_EXCESS = 0.1  # share of the friction that counts as a bump
@@ -70,7 +70,7 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
         np.concatenate([run[name] for run in fitted])
         for name in ("point_angle", "point_velocity", "point_excess", "point_temperature")
     )
-    temperature = np.where(np.isnan(temperature), _ROOM, temperature)
+    temperature = np.where(np.isnan(temperature), REFERENCE_TEMPERATURE, temperature)
     slow = np.abs(velocity) < FASTEST
     if not np.any(slow):
         raise ValueError("no run has windows slow enough to distinguish places")

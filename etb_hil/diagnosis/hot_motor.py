@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.voltage_balance import VoltageBalance
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
-_REFERENCE = 20.0  # degC, where the run has no temperature
 _HOTTEST = 155.0  # degC, what a winding of the usual class F stands (IEC 60085)
 _SURE = 4.0  # standard errors
 _LEAST = 0.5  # share of what copper and magnets do at a temperature: where one does less, it is another fault's
@@ -51,7 +51,7 @@ def hot_motor(
     `temperature` degC is the housing's, NaN where unknown; `allowed` are the shares by which resistance and back-EMF of
     a motor at that temperature may differ from the model's.
     """
-    base = _REFERENCE if math.isnan(temperature) else temperature
+    base = REFERENCE_TEMPERATURE if math.isnan(temperature) else temperature
     cool, warm = model.values_at(base), model.values_at(base + 1.0)
     copper, magnets = warm.resistance / cool.resistance - 1.0, warm.back_emf / cool.back_emf - 1.0
     resistance, constant = balance.resistance / throttle.resistance - 1.0, balance.back_emf / throttle.back_emf - 1.0

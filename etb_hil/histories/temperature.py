@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 from etb_hil.histories.tolerance import change_limit
 from etb_hil.recording.samples import Float64
 
-REFERENCE = 20.0  # degC
+REFERENCE = REFERENCE_TEMPERATURE  # degC
 LEAST_SPREAD = 5.0  # K between tests of one unit; below, noise passes for temperature
 FEWEST = 3  # units: of fewer, one that has changed between its tests passes for temperature
 MOST_UNCERTAINTY = 0.025  # share by which a law may leave a value unsure: a tenth of the smallest rise that matters

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.histories.capability import Capability, Index
+from etb_hil.histories.capability import ENOUGH, Capability, Index
 from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.drift import FEWEST as LEAST
 from etb_hil.histories.drift import Drift
@@ -186,7 +186,9 @@ def _capability(found: Capability, number: NumberHistory, *, by_quantiles: bool)
     text = "" if by_quantiles else f"Cpk {_index(found.cpk)}, "
     text += f"Ppk {_index(found.ppk)}{' by quantiles' if by_quantiles else ''}, "
     text += f"Cp is undefined: there is no {missing} limit" if found.cp is None else f"Cp {_index(found.cp)}"
-    text += f". Preliminary: {found.count} units, 25 needed." if found.is_preliminary else f"; {found.count} units."
+    text += (
+        f". Preliminary: {found.count} units, {ENOUGH} needed." if found.is_preliminary else f"; {found.count} units."
+    )
     if not found.steady:
         text += f" The process is not in control, so {index} describes the past only."
     return text

@@ -6,9 +6,11 @@ The codes are those of SAE J2012; the conditions under which the virtual control
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 _SYSTEMS = "PCBU"
+_CODE = re.compile(f"([{_SYSTEMS}])([0-3])([0-9A-Fa-f]{{3}})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,8 @@ def code_of_number(number: int) -> str:
 
 def number_of_code(code: str) -> int:
     """Return the two bytes of a trouble code's name; ValueError where it is none."""
-    if len(code) != 5 or code[0] not in _SYSTEMS or code[1] not in "0123":
+    found = _CODE.fullmatch(code)
+    if found is None:
         raise ValueError(f"must be a trouble code, such as P2119 (got '{code}')")
-    return _SYSTEMS.index(code[0]) << 14 | int(code[1]) << 12 | int(f"0x{code[2:]}", 0)
+    system, group, number = found.groups()
+    return _SYSTEMS.index(system) << 14 | int(group) << 12 | int(number, 16)

@@ -94,6 +94,14 @@ def test_every_measurement_of_the_table_exists():
     assert set(MONITORED) <= set(CODES)
 
 
+@pytest.mark.parametrize(
+    "code", ["P11_1", "P1 11", "P0x1", "P211", "P21199", "X2119", "P4119", "P+119", "P21١9", "P211G", ""]
+)
+def test_what_is_no_trouble_code_is_refused(code):
+    with pytest.raises(ValueError, match="must be a trouble code, such as P2119"):
+        number_of_code(code)
+
+
 def test_codes_in_a_line():
     assert codes_line(None) == "not read"
     assert codes_line(()) == "none"

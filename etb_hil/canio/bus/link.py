@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from etb_hil.canio.bus.health import BusHealth
     from etb_hil.canio.frames import FrameBlock
 
+MOST_AT_ONCE = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
+
 
 class Link(Protocol):
     """One side's access to a bus.

@@ -17,6 +17,7 @@ from etb_hil.base.nearest import did_you_mean
 from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.canio.bus.health import BusHealth, LoadMeter
 from etb_hil.canio.bus.host_stamps import as_they_came, on_our_clock
+from etb_hil.canio.bus.link import MOST_AT_ONCE
 from etb_hil.canio.bus.serial_adapter import ReadAhead
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.messages import from_messages, to_message
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
     from etb_hil.canio.bus.bus_settings import BusSettings
 
-_BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
 _PATIENCE_NS = 10_000_000  # nor one whose frames take longer to decode than to come
 _SEND_TIMEOUT_S = 0.1  # a driver that is not rid of a frame by then has no bus any more
 _LOOPING = {"udp_multicast"}  # interfaces that give a sender its own frames back, and cannot be told not to
@@ -53,7 +53,7 @@ class PythonCanLink:
         self._bus = _open(settings)
         self._serial = _read_ahead(self._bus) if settings.interface == _SERIAL else None
         self._sent: list[FrameBlock] = []
-        self._looped: deque[bytes] | None = deque(maxlen=_BATCH) if settings.interface in _LOOPING else None
+        self._looped: deque[bytes] | None = deque(maxlen=MOST_AT_ONCE) if settings.interface in _LOOPING else None
         self._offset_ns: int | None = None
         self._meter = LoadMeter(clock.now_ns(), int(settings.bitrate), int(settings.data_bitrate))
         self._sent_count = self._received_count = self._error_frames = 0
@@ -107,7 +107,7 @@ class PythonCanLink:
     def _messages(self) -> list[can.Message]:
         messages: list[can.Message] = []
         late_ns = self._clock.now_ns() + _PATIENCE_NS
-        while len(messages) < _BATCH and self._clock.now_ns() <= late_ns:
+        while len(messages) < MOST_AT_ONCE and self._clock.now_ns() <= late_ns:
             try:
                 message = self._bus.recv(0)
             except (can.CanError, OSError) as error:

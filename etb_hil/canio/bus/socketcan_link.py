@@ -17,13 +17,13 @@ from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
 from etb_hil.canio.bus.host_stamps import as_they_came, on_our_clock
 from etb_hil.canio.bus.interface_details import interface_details, interface_rates, rates_as_options
+from etb_hil.canio.bus.link import MOST_AT_ONCE
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
     from etb_hil.canio.bus.bus_settings import BusSettings
 
-_BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
 _BUFFER_BYTES = 8 << 20  # an unread socket of the default size keeps 278 frames
 _SO_RCVBUFFORCE, _SO_TIMESTAMPNS, _SO_RXQ_OVFL = 33, 35, 40  # asm-generic/socket.h
 _CAN_RAW_ERR_FILTER, _ALL_ERRORS = 2, 0x1FFFFFFF  # linux/can/raw.h; not in every build of Python
@@ -96,7 +96,7 @@ class SocketCanLink:
         receive = self._socket.recvmsg
         looked_ns, self._looked_ns = self._looked_ns, self._clock.now_ns()
         try:
-            while len(raw) < _BATCH:
+            while len(raw) < MOST_AT_ONCE:
                 frame, ancillary, flags, _ = receive(_FD_BYTES, _ANCILLARY, socket.MSG_DONTWAIT)
                 raw.append(frame)
                 own.append(flags & socket.MSG_CONFIRM)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 from etb_hil.base.student import student
 from etb_hil.diagnosis.contradiction import GAIN
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
@@ -16,7 +17,6 @@ from etb_hil.diagnosis.motion.rests import rests
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
-_REFERENCE = 20.0  # degC
 _COPPER = 1.0 / 255.0  # 1/K at 20 degC (IEC 60034-1: a constant of 235 K)
 _SOAKED = 2.0  # K by which the winding may differ from the housing (IEC 60034-1, 8.6.2: a cold machine)
 _APART = 1.0  # A: the currents at rest differ by that much at least, in root mean square
@@ -28,9 +28,9 @@ def _compute(run: Findings) -> Estimate | None:
     if len(found) < _FEWEST or run.hot is not None:  # of a winding whose temperature is not known
         return None
     law = run.model.parameters["resistance"].temperature
-    coefficient = _COPPER if law is None else law.coefficient / law.factor(_REFERENCE)
+    coefficient = _COPPER if law is None else law.coefficient / law.factor(REFERENCE_TEMPERATURE)
     voltage = np.array([one.voltage for one in found])
-    current = np.array([one.current * (1.0 + coefficient * (one.temperature - _REFERENCE)) for one in found])
+    current = np.array([one.current * (1.0 + coefficient * (one.temperature - REFERENCE_TEMPERATURE)) for one in found])
     apart = current - np.mean(current)
     square = float(np.sum(apart * apart))
     if square < _APART * _APART * len(found):
