@@ -25,7 +25,8 @@ from etb_hil.scenario.kinds.prompt import PromptPhase
 
 if TYPE_CHECKING:
     from etb_hil.bench.job import Job
-    from etb_hil.cli.units import Judged, Units
+    from etb_hil.cli.batch import Judged
+    from etb_hil.cli.units import Units
     from etb_hil.session.finished import Finished
 
 
