@@ -20,6 +20,7 @@ from etb_hil.page.feed import PageFeed
 from etb_hil.page.operator import PageOperator
 from etb_hil.page.outcome import outcome_of, refusal
 from etb_hil.page.stops import held_back, take_stops
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.report.panel_watcher import PanelWatcher
 from etb_hil.scenario.kinds.prompt import PromptPhase
 
@@ -121,6 +122,6 @@ def _run(job: Job, serial: str, operator: str) -> dict[str, Any]:
         "part": " ".join(filter(None, (job.limits.part_number, job.limits.revision))),
         "bench": job.setup.bench.name,
         "phases": steps,
-        "limits": asdict(limits_of(job)),
+        "limits": {**asdict(limits_of(job)), "far_above": FAR_ABOVE},
         "angles": list(job.setup.bench.limits.angle),
     }

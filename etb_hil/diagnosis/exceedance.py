@@ -23,9 +23,9 @@ from etb_hil.plant.physics import (
     VISCOUS,
     spring_torque,
 )
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Float64, Int64
 
-FAR_ABOVE = 2.15  # times omega_s: the Gaussian of eq. (2) has fallen to 1 %
 # False and missed episodes: benchmarks/exceedance_rates.py.
 _RELEASE = 0.9  # an episode ends below this share of the limit
 _SHORTEST_NS = 3_000_000  # shorter than the observer resolves

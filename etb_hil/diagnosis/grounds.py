@@ -10,7 +10,7 @@ import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.contradiction import widened
-from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
+from etb_hil.diagnosis.exceedance import KINDS, Exceedance
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.local_friction import OF_A_DRAG, SURE, LocalFriction
@@ -22,6 +22,7 @@ from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import HALF_WIDTH
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Int64
 
 _REACH_NS = HALF_WIDTH * TICK_NS

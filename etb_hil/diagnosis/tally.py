@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.diagnosis.exceedance import FAR_ABOVE
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import (
     BRISTLE_STIFFNESS,
@@ -25,6 +24,7 @@ from etb_hil.plant.physics import (
     VISCOUS,
     spring_torque,
 )
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Float64, Int64
 
 _SLOW = 0.3  # times omega_s: g is within 9 % of T_st on the way down to T_c

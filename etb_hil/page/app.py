@@ -27,6 +27,7 @@ from etb_hil.page.guard import Guard
 from etb_hil.page.session_files import TestRuns
 from etb_hil.page.visitors import Rate, Visitor, Visitors
 from etb_hil.replays.progress import read_progress
+from etb_hil.report.panel_feed import PERIOD_S
 from etb_hil.scenario.kinds.prompt import LONGEST_TEXT
 from etb_hil.session.photos import LARGEST as LARGEST_PHOTO
 from etb_hil.session.photos import is_photo
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from etb_hil.page.session_files import SessionFiles
 
 HERE = Path(__file__).parent
-PERIOD_S = 0.125  # between two messages to an open page
 LARGEST_ORDER = 10_000  # bytes
 MOST_PAGES = 200
 _REPORT_POLICY = (

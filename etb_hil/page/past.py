@@ -13,8 +13,9 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.diagnosis.measurement_registry import name_of
 from etb_hil.histories.runs import runs_at
-from etb_hil.page.session_files import EXPLANATION, EXPLANATION_PAGE
+from etb_hil.page.session_files import EXPLANATION
 from etb_hil.report.html_report import REPORT_NAME
+from etb_hil.results.explanation_file import EXPLANATION_PAGE
 from etb_hil.store.address import StoreAddress
 from etb_hil.store.run import Measured, Run
 from etb_hil.store.selection import Selection

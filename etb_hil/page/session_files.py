@@ -13,10 +13,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from etb_hil.report.html_report import REPORT_NAME
+from etb_hil.results.explanation_file import EXPLANATION_PAGE
 from etb_hil.session.session import MANIFEST, RAW_LOG, RESULTS
 
 EXPLANATION = "explanation"  # the folder of a session's explanation, in the session
-EXPLANATION_PAGE = "explanation.html"
 MADE = ("csv", "mf4")
 MOST_KEPT = 8  # exported files
 GIVES_WAY = ("nice",)  # to the bench; not to whatever else the machine does, since somebody waits for the file

@@ -12,9 +12,9 @@ from etb_hil.observer.kinds.sliding_mode import ImplicitSlidingModeObserver, Sli
 from etb_hil.paper.setups import Motion, healthy
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Float64
 
-FAR_ABOVE = 2.15  # times omega_s: the Gaussian of eq. (2) has fallen to 1 %
 MARGIN = 4.0  # M over the healthy T_st: above the faulty one, which is 3.3 times the healthy one
 CUTOFF = 120.0  # Hz: between too much lag and too much ripple, see the trade
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.base.stock import stock_file
-from etb_hil.paper.estimation import CUTOFF, FAR_ABOVE, MARGIN, estimate, numbers_of, paper_settings
+from etb_hil.paper.estimation import CUTOFF, MARGIN, estimate, numbers_of, paper_settings
 from etb_hil.paper.properties import bounded_bristles, passage
 from etb_hil.paper.setups import (
     Motion,
@@ -24,6 +24,7 @@ from etb_hil.paper.setups import (
 )
 from etb_hil.plant.parameters import ThrottleParameters, load_model
 from etb_hil.plant.reach import peak_velocities
+from etb_hil.plant.values import FAR_ABOVE
 
 _RUN_S = 2.0
 _NO_FILTER = 1e9  # Hz

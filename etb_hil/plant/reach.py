@@ -8,8 +8,6 @@ from etb_hil.plant.integrator import OMEGA, STATES, THETA, advance_record, new_s
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 
-FAR_ABOVE = 2.15  # times omega_s, where the Gaussian of eq. (2) of the seed paper has fallen to 1 %
-
 _TICKS = 8000  # 0.4 s: no throttle that moves at all takes longer from stop to stop
 
 

@@ -7,6 +7,8 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+FAR_ABOVE = 2.15  # times omega_s, where the Gaussian of eq. (2) of the seed paper has fallen to 1 %
+
 
 @dataclass(frozen=True, slots=True)
 class ThrottleParameters:

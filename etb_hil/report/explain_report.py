@@ -22,8 +22,8 @@ from etb_hil.report.explain_verdict import TONES, further_sentences, named_cause
 from etb_hil.report.page_template import ours, render
 from etb_hil.report.svg import drawings_of
 from etb_hil.results.explanation import ExplanationResult
+from etb_hil.results.explanation_file import EXPLANATION_PAGE
 
-REPORT_NAME = "explanation.html"
 _PICTURES = (
     "before_and_after",
     "over_runs",
@@ -33,7 +33,7 @@ _PICTURES = (
         for over in ("position", "motor_turn", "velocity", "time", "temperature", "current")
     ),
 )
-REPORT_FILES = (REPORT_NAME, *(f"{name}.png" for name in _PICTURES))
+REPORT_FILES = (EXPLANATION_PAGE, *(f"{name}.png" for name in _PICTURES))
 
 
 def write_explanation(
@@ -67,7 +67,7 @@ def write_explanation(
 
             for name, chart in plots.items():
                 save_png(figure_of(chart), folder / f"{name}.png")
-    return write_text(folder / REPORT_NAME, _page(found, drawn, folder, inputs))
+    return write_text(folder / EXPLANATION_PAGE, _page(found, drawn, folder, inputs))
 
 
 def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]], folder: Path, inputs: Sequence[Path]) -> str:

@@ -18,7 +18,7 @@ import time
 from dataclasses import asdict, dataclass, replace
 from typing import Protocol, Self
 
-PERIOD_S = 0.125
+PERIOD_S = 0.125  # between two pictures of a run, on a terminal and on an open page
 _CLOSE_S = 3.0
 # A pipe takes a write of up to PIPE_BUF (4096 bytes on Linux) whole or not at all. Texts are cut to the first of these
 # lengths with which the line fits; a character takes up to 6 bytes in JSON, so that it does with the last.

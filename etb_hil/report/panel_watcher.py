@@ -9,9 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from etb_hil.bench.snapshot import Snapshot
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.report.panel_feed import Feed, PanelSnapshot
-
-_FAR_ABOVE = 2.15  # beyond this many omega_s friction is compared with the limit of T_c
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,7 @@ class PanelLimits:
         """
         if self.stribeck_velocity is None or abs(velocity) < self.stribeck_velocity:
             return self.stiction
-        return self.coulomb if abs(velocity) > _FAR_ABOVE * self.stribeck_velocity else None
+        return self.coulomb if abs(velocity) > FAR_ABOVE * self.stribeck_velocity else None
 
 
 @dataclass(slots=True)

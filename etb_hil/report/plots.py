@@ -8,14 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from etb_hil.diagnosis.friction_map import CELL, TEMPERATURE_CELL, FrictionMap, find_bumps, friction_map
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Float64
 from etb_hil.report.chart import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, Band, Box, Chart, Panel, Rule, Text
 from etb_hil.report.reduction import broken_at_gaps, envelope, thinned
 from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
 from etb_hil.results.run_result import Phase, RunResult
-
-_FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
 
 _SEGMENTS, _FEWEST = 24, 3  # of angle, and points in one
 _TURNS = 0.7  # share of the median friction: a plate with less is on its way round, or breaking away
@@ -66,7 +65,7 @@ def _speed_limits(panel: Panel, results: RunResult, reach: float) -> None:
         if stiction is not None:
             label = f"limit T_st {stiction:.3f} N·m" if sign > 0 else None
             panel.line([-near, near], [sign * stiction] * 2, LIMIT, "--", width=1.6, label=label)
-        far = _FAR_ABOVE * omega_s if omega_s else 0.0
+        far = FAR_ABOVE * omega_s if omega_s else 0.0
         if coulomb is not None and far < reach:
             label = f"limit T_c {coulomb:.3f} N·m{' + viscous' if slope else ''}" if sign > 0 else None
             speed = sign * np.array([far, reach])

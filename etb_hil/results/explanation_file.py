@@ -16,6 +16,8 @@ from etb_hil.base.validation import problem_of
 from etb_hil.results.explanation import SCHEMA, ExplanationResult
 from etb_hil.results.explanation_upgrade import READ, upgraded
 
+EXPLANATION_PAGE = "explanation.html"
+
 
 def explanation_from_dict(data: Mapping[str, Any], file: str = "explanation.json") -> ExplanationResult:
     """Return the result that the contents of an `explanation.json` hold.

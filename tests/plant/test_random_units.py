@@ -7,7 +7,8 @@ from drawn_unit import BOX, FAULTY_RATIO, HEALTHY_RATIO, random_unit
 from etb_hil.base.stock import find
 from etb_hil.plant.integrator import OMEGA, STATES, advance_record, new_state
 from etb_hil.plant.parameters import load_model
-from etb_hil.plant.reach import FAR_ABOVE, peak_velocities
+from etb_hil.plant.reach import peak_velocities
+from etb_hil.plant.values import FAR_ABOVE
 
 
 @pytest.mark.parametrize("healthy", [True, False])

@@ -7,7 +7,6 @@ import { DEGREES, inDegrees, clock, keep, language, loadWords, measured, number,
 
 const $ = (id) => document.getElementById(id);
 const MOST_POINTS = 5000;
-const FAR_ABOVE = 2.15; // beyond so many Stribeck velocities friction is held against the limit of sliding friction
 const SIGNS = {
   PASS: ["M12 1a11 11 0 1 0 0 22 11 11 0 0 0 0-22z", "M6.5 12.5l3.7 3.7 7.3-8.2"],
   FAIL: ["M7.5 1.5h9l6 6v9l-6 6h-9l-6-6v-9z", "M8 8l8 8M16 8l-8 8"],
@@ -235,14 +234,15 @@ function showFacts(snapshot) {
 
 function showCurves() {
   const limits = about.run.limits ?? {}, omega = limits.stribeck_velocity == null ? null : limits.stribeck_velocity * DEGREES;
+  const far = omega === null ? null : limits.far_above * omega;  // from here on friction is held against the limit of sliding friction
   const speeds = points.filter((point) => point[3] !== null && point[4] !== null).map((point) => [point[3] * DEGREES, point[4]]);
-  const fastest = Math.max(60, omega === null ? 0 : FAR_ABOVE * omega * 1.4, ...speeds.map(([speed]) => Math.abs(speed)));
+  const fastest = Math.max(60, far === null ? 0 : far * 1.4, ...speeds.map(([speed]) => Math.abs(speed)));
   const lines = [];
   for (const sign of [1, -1]) {
     if (limits.stiction != null) lines.push({ y: sign * limits.stiction, from: -(omega ?? fastest), to: omega ?? fastest, label: sign > 0 ? say("limit_T_st") : "" });
-    if (limits.coulomb != null && omega !== null) {
-      lines.push({ y: sign * limits.coulomb, from: FAR_ABOVE * omega, to: fastest, label: sign > 0 ? say("limit_T_c") : "" });
-      lines.push({ y: sign * limits.coulomb, from: -fastest, to: -FAR_ABOVE * omega });
+    if (limits.coulomb != null && far !== null) {
+      lines.push({ y: sign * limits.coulomb, from: far, to: fastest, label: sign > 0 ? say("limit_T_c") : "" });
+      lines.push({ y: sign * limits.coulomb, from: -fastest, to: -far });
     }
   }
   const high = 1.3 * Math.max(0.05, limits.stiction ?? 0, ...speeds.map(([, friction]) => Math.abs(friction)));
