@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from traceback import walk_tb
 from types import ModuleType
@@ -40,6 +40,7 @@ KINDS = {
     "readers": "READER",
 }
 FILES = "ETB_HIL_PLUGINS"  # paths of files, as in PATH
+_CHANGE = "change the plug-in, or run without it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +82,20 @@ class Part:
         if not isinstance(value, str) or not value.strip():
             raise self.refused(f"`{name}` must be a text (it is {value!r})")
 
+    def require_texts(self, *names: str) -> None:
+        """Raise InputError where one of these fields is no text; it may be empty."""
+        for name in names:
+            if not isinstance(value := getattr(self.value, name), str):
+                raise self.refused(f"`{name}` must be a text (it is {value!r})")
+
+    def require_names(self, *names: str) -> None:
+        """Raise InputError where one of these fields is no set, list or tuple of texts."""
+        for name in names:
+            value = getattr(self.value, name)
+            is_several = isinstance(value, set | frozenset | list | tuple)
+            if not is_several or not all(isinstance(one, str) for one in value):
+                raise self.refused(f"`{name}` must be a set of texts (it is {value!r})")
+
     def require_function(self, name: str, value: object, *arguments: str) -> None:
         """Raise InputError where a field cannot be called with some arguments.
 
@@ -91,26 +106,40 @@ class Part:
             raise self.refused(f"`{name}` must be a function of {wanted} (it is {value!r})")
         try:
             signature = inspect.signature(value)
-        except ValueError:  # a function in C that does not tell what it takes
+        except (TypeError, ValueError):  # a function in C that does not tell what it takes
             return
         try:
             signature.bind(*arguments)
         except TypeError as error:
             raise self.refused(f"`{name}` must take {wanted}: {error}") from None
 
-    def refused(self, what: str, remedy: str = "change the plug-in, or run without it") -> InputError:
+    def refused(self, what: str, remedy: str = _CHANGE) -> InputError:
         """Return the error of a part that breaks its contract."""
         return InputError(Problem(f"the plug-in's {self.kind[:-1]} {self.name!r}: {what}", self.place, remedy=remedy))
 
     @contextmanager
     def guarded(self, doing: str) -> Iterator[None]:
         """Turn what the part's code raises into an InputError that names the plug-in."""
-        try:
+        with foreign_code(lambda error: self.refused(f"{doing} failed: {first_line(error)}")):
             yield
-        except InputError:
-            raise
-        except Exception as error:
-            raise self.refused(f"{doing} failed: {first_line(error)}") from error
+
+
+# What is no fault of foreign code: a stop by the operator, a computer without memory, a generator that is closed.
+_NOT_ITS_FAULT = (KeyboardInterrupt, MemoryError, GeneratorExit)
+
+
+@contextmanager
+def foreign_code(refused: Callable[[BaseException], InputError]) -> Iterator[None]:
+    """Turn whatever foreign code raises into the InputError that a function makes of it.
+
+    Foreign code may raise anything. `sys.exit()` in it would end the command without a result, and with exit code 0.
+    """
+    try:
+        yield
+    except (InputError, *_NOT_ITS_FAULT):
+        raise
+    except BaseException as error:
+        raise refused(error) from error
 
 
 _changed: list[Callable[[], object]] = []
@@ -163,7 +192,16 @@ def temporary_part(kind: str, name: str, value: object) -> Iterator[None]:
 
 def files() -> tuple[Path, ...]:
     """Return the paths of the files that are plug-ins."""
-    return tuple(Path(one).absolute() for one in os.environ.get(FILES, "").split(os.pathsep) if one)
+    return tuple(location(Path(one)) for one in os.environ.get(FILES, "").split(os.pathsep) if one)
+
+
+def location(path: Path) -> Path:
+    """Return the one path by which a file goes, however its folder is written.
+
+    The file's own name stays, of a link too: the name of a part may be that of its file.
+    """
+    path = path.absolute()
+    return path.parent.resolve() / path.name
 
 
 def has_plugins() -> bool:
@@ -173,7 +211,7 @@ def has_plugins() -> bool:
 
 def add_file(path: Path) -> None:
     """Take in a file; where a registry refuses a part of it, none of it is taken in."""
-    path = path.absolute()
+    path = location(path)
     if path in files():
         return
     if os.pathsep in str(path):
@@ -182,17 +220,18 @@ def add_file(path: Path) -> None:
         allowed = ", ".join(KINDS.values())
         raise InputError(Problem("the file declares no part", Place(path), allowed=allowed, remedy="declare one"))
     before = files()
+
+    def refused(error: BaseException) -> InputError:  # a declaration with values that no registry can take
+        what = f"the plug-in declares what cannot be taken in: {first_line(error)}"
+        return InputError(Problem(what, Place(path), remedy=_CHANGE))
+
     try:
-        _set_files((*before, path))
-    except InputError:
+        with foreign_code(refused):
+            _set_files((*before, path))
+    except BaseException:
         _set_files(before)
         _forget_file(path)
         raise
-    except Exception as error:  # a declaration with values that no registry can take
-        _set_files(before)
-        _forget_file(path)
-        what = f"the plug-in declares what cannot be taken in: {first_line(error)}"
-        raise InputError(Problem(what, Place(path), remedy="change the plug-in, or run without it")) from error
 
 
 def declared(path: Path) -> tuple[str, ...]:
@@ -206,7 +245,7 @@ def declared(path: Path) -> tuple[str, ...]:
 
 def remove_file(path: Path) -> None:
     """Take out a file that was added; InputError where it was not."""
-    path = path.absolute()
+    path = location(path)
     if path not in files():
         raise InputError(Problem("this file must be a plug-in of this process", Place(path)))
     _set_files(tuple(one for one in files() if one != path))
@@ -221,7 +260,8 @@ def plugins() -> tuple[Plugin, ...]:
         for entry in _entry_points(kind):
             key = (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
             found.setdefault(key, []).append(f"{kind}: {entry.name}")
-            roots.setdefault(key, _root(entry))
+            with foreign_code(partial(_not_loaded, entry, _place_of(entry))):  # which runs the package's `__init__`
+                roots.setdefault(key, _root(entry))
     packages = [Plugin(*key, _digest(roots[key]), tuple(names)) for key, names in found.items()]
     alone = [
         Plugin(
@@ -282,14 +322,20 @@ def _installed() -> Any:  # noqa: ANN401 (`EntryPoints`; in Python 3.11 a class 
 
 @cache
 def _of_package(entry: EntryPoint) -> Part:
-    place = Place(_package(entry), key=f"{entry.group}: {entry.name}")
-    remedy = f"update or uninstall {entry.dist.name if entry.dist else entry.module}"
-    try:
+    place = _place_of(entry)
+    with foreign_code(partial(_not_loaded, entry, place)):
         value = entry.load()
-    except (Exception, SystemExit) as error:
-        what = f"the plug-in cannot be loaded: {first_line(error)}"
-        raise InputError(Problem(what, place, entry.value, remedy=remedy)) from error
     return Part(entry.group.removeprefix("etb_hil."), entry.name, value, place)
+
+
+def _place_of(entry: EntryPoint) -> Place:
+    return Place(_package(entry), key=f"{entry.group}: {entry.name}")
+
+
+def _not_loaded(entry: EntryPoint, place: Place, error: BaseException) -> InputError:
+    what = f"the plug-in cannot be loaded: {first_line(error)}"
+    remedy = f"update or uninstall {entry.dist.name if entry.dist else entry.module}"
+    return InputError(Problem(what, place, entry.value, remedy=remedy))
 
 
 def _package(entry: EntryPoint) -> str:
@@ -344,14 +390,14 @@ def _module(path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     _begun.add(path)
     _digests[path] = _digest(path)
-    try:
-        spec.loader.exec_module(module)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:
+
+    def refused(error: BaseException) -> InputError:
         what = f"the plug-in cannot be loaded: {first_line(error)}"
-        place = Place(path, _line_of(path, error))
-        raise InputError(Problem(what, place, remedy="change the plug-in, or run without it")) from error
+        return InputError(Problem(what, Place(path, _line_of(path, error)), remedy=_CHANGE))
+
+    try:
+        with foreign_code(refused):
+            spec.loader.exec_module(module)
     finally:
         _begun.remove(path)
     _modules[path] = module

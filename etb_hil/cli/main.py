@@ -80,7 +80,7 @@ def _process() -> int:
     words = sys.argv[1:]
     try:
         code = _command(words)
-    except SystemExit as left:  # argparse's: what was asked for is a text, and nothing was judged
+    except SystemExit as left:  # argparse's alone: what was asked for is a text, and nothing was judged
         code, words = left.code if isinstance(left.code, int) else 0, []
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # what comes while Python ends takes the place of no exit code
         if hasattr(signal, name):
@@ -180,6 +180,10 @@ def _guarded(run: object, options: argparse.Namespace) -> int:
     except (BenchFault, EtbHilError) as error:
         print(f"bench fault: {error}", file=sys.stderr)
         return ExitCode.BENCH_FAULT
+    except SystemExit as left:  # none of ours: code that was called, a plug-in's perhaps, and nothing was judged
+        what = f"`etb-hil {options.command}` was ended by sys.exit({'' if left.code is None else repr(left.code)})"
+        print(f"{what} in code that it called; it has no result: run it without plug-ins", file=sys.stderr)
+        return ExitCode.BENCH_FAULT if options.command == "run" else ExitCode.BAD_INPUT
 
 
 if __name__ == "__main__":

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Union, get_args
 
 from pydantic import Field, GetCoreSchemaHandler, TypeAdapter
 
+from etb_hil.base.modes import Mode
 from etb_hil.base.plugins import Part, parts, when_changed
 from etb_hil.diagnosis.phase_use import Use
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario import kinds
 from etb_hil.scenario.phase import NAME, PhaseModel
-from etb_hil.scenario.trajectory import SetPoint, Trajectory
+from etb_hil.scenario.trajectory import Chain, Held, Motion, Released, SetPoint, Steps, Trajectory
 
 
 @cache
@@ -31,7 +32,7 @@ def phase_kinds() -> dict[str, type[PhaseModel]]:
     own: list[type[PhaseModel]] = [import_module(f"{kinds.__name__}.{one.name}").PHASE for one in files]
     found = {kind_name(phase): phase for phase in own}
     for part in parts("phases"):
-        name = _name_of(part)
+        name = name_of_part(part)
         if name in found or name in {"group", LOG}:
             raise part.refused(f"there is a kind of phase {name} already")
         found[name] = _guarded(part)
@@ -43,7 +44,8 @@ def kind_name(phase: type[PhaseModel]) -> str:
     return str(get_args(phase.model_fields["kind"].annotation)[0])
 
 
-def _name_of(part: Part) -> str:
+def name_of_part(part: Part) -> str:
+    """Return the name of a plug-in's kind of phase; InputError where its declaration breaks the contract."""
     phase = part.value
     if not (isinstance(phase, type) and issubclass(phase, PhaseModel)):
         raise part.refused(
@@ -67,13 +69,47 @@ def _guarded(part: Part) -> type[PhaseModel]:
 
     def trajectory(self: PhaseModel, start: float, throttle: ThrottleParameters) -> Trajectory:
         with part.guarded("its trajectory"):
-            found = phase.trajectory(self, start, throttle)
-            if not (math.isfinite(found.duration) and found.duration > 0.0 and isinstance(found.at(0.0), SetPoint)):
-                raise TypeError("it returned no set-points over a time above 0 s")
+            found = _own_trajectory(part, phase.trajectory(self, start, throttle))
+            if not found.duration > 0.0:
+                raise ValueError(f"its duration must be above 0 s (it is {found.duration!r} s)")
+            found.at(0.0)
         return found
 
     space = {"__module__": phase.__module__, "__doc__": phase.__doc__, "trajectory": trajectory}
     return type(phase.__name__, (phase,), space)
+
+
+class _GuardedTrajectory:
+    """The set-points of a class that a plug-in wrote.
+
+    Its faults name the plug-in, and its numbers are ours.
+    """
+
+    def __init__(self, part: Part, found: Trajectory) -> None:
+        self._part, self._at, self.duration = part, found.at, _finite("duration", found.duration)
+
+    def at(self, t: float) -> SetPoint:
+        """Return the set-point t seconds after the start."""
+        with self._part.guarded("its trajectory"):
+            found = self._at(t)
+            if not isinstance(found, SetPoint):
+                raise TypeError(f"it returned {found!r} in place of SetPoint")
+            numbers = {name: _finite(name, getattr(found, name)) for name in ("position", "velocity", "voltage")}
+            return SetPoint(Mode(found.mode), **numbers)
+
+
+def _own_trajectory(part: Part, found: Trajectory) -> Trajectory:
+    """Return a trajectory of our classes as it is, and one of a plug-in's class guarded."""
+    if type(found) is Chain:
+        return Chain(*(_own_trajectory(part, one) for one in found.parts))
+    return found if type(found) in {Released, Held, Steps, Motion} else _GuardedTrajectory(part, found)
+
+
+def _finite(name: str, value: object) -> float:
+    number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type] # TypeError says it
+    if not math.isfinite(number):
+        raise ValueError(f"{name} must be a finite number (it is {value!r})")
+    return number
 
 
 class AnyPhase:

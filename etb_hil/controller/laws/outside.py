@@ -34,7 +34,9 @@ def address_of(part: Part) -> int:
     InputError where it cannot be compiled.
     """
     law: ControlLaw = part.value
-    if law.torque not in _compiled:
+    with part.guarded("compiling its torque"):
+        if law.torque in _compiled:
+            return int(_compiled[law.torque].address)
         torque = compiled(law.torque)
 
         def entry(gain: Any, memory: Any, error: float, rate: float) -> Any:  # noqa: ANN401 (pointers)
@@ -44,8 +46,7 @@ def address_of(part: Part) -> int:
                 return np.nan
 
         pointer = types.CPointer(types.float64)
-        with part.guarded("compiling its torque"):
-            _compiled[law.torque] = cfunc(types.float64(pointer, pointer, types.float64, types.float64))(entry)
+        _compiled[law.torque] = cfunc(types.float64(pointer, pointer, types.float64, types.float64))(entry)
     return int(_compiled[law.torque].address)
 
 

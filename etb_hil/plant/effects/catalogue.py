@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.plugins import first_line, parts, when_changed
+from etb_hil.base.plugins import Part, first_line, foreign_code, parts, when_changed
 from etb_hil.plant.effects import compose, outside
 from etb_hil.plant.effects.contract import closed_ports, misfits, misstatements
-from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.effect import Balance, Effect, EffectParameter, Parity
 from etb_hil.plant.effects.layout import give_room, is_full, take_room
 from etb_hil.plant.effects.port import FRICTION_STATE_ASKS, START_ASKS, STATE_ASKS, Port
 
@@ -78,13 +78,17 @@ def register(effect: Effect, place: Place | None = None) -> None:
     if problems:
         raise InputError(*(Problem(one, place) for one in problems))
     give_room(effect.id, len(effect.stated), len(effect.states))
+
+    def refused(error: BaseException) -> InputError:
+        return InputError(Problem(f"{effect.id}: its functions cannot be compiled: {first_line(error)}", place))
+
     try:
-        functions = _callbacks([*_from_outside(), effect])
-        problems = misfits(effect)
-    except Exception as error:
+        with foreign_code(refused):
+            functions = _callbacks([*_from_outside(), effect])
+            problems = misfits(effect)
+    except BaseException:
         take_room(effect.id)
-        what = f"{effect.id}: its functions cannot be compiled: {first_line(error)}"
-        raise InputError(Problem(what, place)) from error
+        raise
     if problems:
         take_room(effect.id)
         raise InputError(*(Problem(one, place) for one in problems))
@@ -139,15 +143,34 @@ def _take_plugins() -> None:
     """Have exactly the effects of today's plug-ins and those of `register`."""
     wanted = {}
     for part in parts("effects"):
-        part.require(Effect)
+        check_effect_part(part)
         wanted[part.value.id] = part
     for id_ in _of_plugins - wanted.keys():
         _of_plugins.remove(id_)
         unregister(id_)
     for id_, part in wanted.items():
         if id_ not in _of_plugins:
-            register(part.value, part.place)
+            with part.guarded("taking it in"):
+                register(part.value, part.place)
             _of_plugins.add(id_)
+
+
+def check_effect_part(part: Part) -> None:
+    """Raise InputError where a field of an effect's declaration has another type."""
+    part.require(Effect)
+    effect: Effect = part.value
+    part.require_text("id", effect.id)
+    part.require_texts("equation", "looks_like", "check", "separated_by", "source")
+    part.require_names("look_alikes", "without_current_like")
+    for name, kind in (("balance", Balance), ("parity", Parity), ("parameters", tuple), ("terms", Mapping)):
+        if not isinstance(value := getattr(effect, name), kind):
+            raise part.refused(f"`{name}` must be of the type {kind.__name__} (it is {value!r})")
+    for parameter in effect.parameters:
+        if not isinstance(parameter, EffectParameter):
+            raise part.refused(f"`parameters` must hold EffectParameter alone (one is {parameter!r})")
+    for port in effect.terms:
+        if not isinstance(port, Port):
+            raise part.refused(f"the keys of `terms` must be of the type Port (one is {port!r})")
 
 
 _of_plugins: set[str] = set()
