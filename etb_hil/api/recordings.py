@@ -6,6 +6,7 @@ People name a session, a CAN log, or a table.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from etb_hil.api.arguments import checked
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.read_only import read_only
 from etb_hil.base.roles import ROLES
 from etb_hil.recording import recording
 from etb_hil.recording.table_writer import column_name, write_table
@@ -53,8 +55,12 @@ class Recording(recording.Recording):
         return found
 
     def __getitem__(self, role: str) -> Series:
-        """Return one role over time; InputError names the roles that are there."""
-        return self.series(role)
+        """Return one role over time; InputError names the roles that are there.
+
+        Its arrays are those of the recording, and read-only: `values.copy()` can be written to.
+        """
+        found = self.series(role)
+        return replace(found, time_ns=read_only(found.time_ns), values=read_only(found.values))
 
     def __contains__(self, role: object) -> bool:
         return role in self.roles

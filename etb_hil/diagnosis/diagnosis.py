@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -220,8 +221,9 @@ class Diagnosis:
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         found = Findings(
-            self._model, throttle, self._zero, assessment, fitted, widening, way, drift, unseen, fastest, far,
-            broken_away, self._limits.dwell, reading, hot, series, self._segments.segments(),
+            self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, unseen,
+            fastest, far, broken_away, self._limits.dwell, reading, hot, MappingProxyType(series),
+            self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))
         band = self._limits.marginal_band

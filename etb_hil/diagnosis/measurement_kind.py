@@ -108,7 +108,7 @@ def _misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[s
         meant = si_unit_meant(kind.unit)
         remedy = f"did you mean '{meant}'?" if meant else "write it with A, V, rad, N·m and the like, '1' for a ratio"
         yield f"the unit must be an SI unit (got {kind.unit!r}); {remedy}"
-    if unknown := sorted(kind.roles - ROLES.keys()):
+    if unknown := sorted(set(kind.roles) - ROLES.keys()):
         yield f"there is no role {', '.join(unknown)}"
     try:
         re.compile(kind.suffixes)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -65,13 +66,14 @@ class SegmentCollector:
 
     def segments(self) -> Sequence[Segment]:
         """Return a segment for each phase, in the order of the run."""
-        return [Segment(phase, *_joined(parts)) for phase, parts in self._parts]
+        return tuple(Segment(phase, *_joined(parts)) for phase, parts in self._parts)
 
 
-def _joined(parts: list[tuple[Float64, Mapping[str, Float64]]]) -> tuple[Float64, dict[str, Float64]]:
+def _joined(parts: list[tuple[Float64, Mapping[str, Float64]]]) -> tuple[Float64, Mapping[str, Float64]]:
     roles = dict.fromkeys(role for _, columns in parts for role in columns)
     missing = [np.full(len(time), np.nan) for time, _ in parts]
-    return np.concatenate([time for time, _ in parts]), {
+    columns = {
         role: np.concatenate([columns.get(role, gap) for (_, columns), gap in zip(parts, missing, strict=True)])
         for role in roles
     }
+    return np.concatenate([time for time, _ in parts]), MappingProxyType(columns)
