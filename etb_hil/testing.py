@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import itertools
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import yaml
@@ -24,23 +24,24 @@ from etb_hil.api.recordings import Recording
 from etb_hil.api.runs import Run, run
 from etb_hil.base.errors import InputError, Place
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.base.plugins import parts, temporary_part
+from etb_hil.base.plugins import Part, parts, temporary_part
 from etb_hil.base.stock import stock_file
 from etb_hil.base.validation import problem_of
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.logs.reading import read_log
+from etb_hil.canio.logs.reading import check_reader_part, read_log
 from etb_hil.controller.laws.choice import law_gains
 from etb_hil.controller.laws.registry import LAWS
-from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
+from etb_hil.diagnosis.measurement_registry import check_measurement_part, kind_of, measurement_kinds
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.guarded import fault_of
-from etb_hil.observer.registry import observer_kind
-from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.observer.registry import OBSERVERS, observer_kind
+from etb_hil.plant.effects.catalogue import CATALOGUE, check_effect_part
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.voltage_run import run_voltage
 from etb_hil.scenario.judged_limits import missing_phases
-from etb_hil.scenario.phases import kind_name, phase_kinds, read_phase
+from etb_hil.scenario.phases import kind_name, name_of_part, phase_kinds, read_phase
+from etb_hil.uds.keys import check_key_part
 
 if TYPE_CHECKING:
     from etb_hil.canio.logs.log_reader import Reader
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from etb_hil.uds.keys import SecurityKey
 
 _NAME = "part_under_test"
+Declared = TypeVar("Declared")
 
 
 def check_effect(effect: Effect) -> None:
@@ -59,6 +61,7 @@ def check_effect(effect: Effect) -> None:
 
     The effect is nothing at zero strength, and changes a driven plant.
     """
+    _declared(check_effect_part, "effects", effect)
     with _refused_as_failure(), _having("effects", effect.id, effect, is_known=effect.id in CATALOGUE):
         model = load_model(stock_file("model", "default"))
         time_ns = np.arange(4000) * 500_000
@@ -82,6 +85,7 @@ def check_measurement(kind: MeasurementKind, scenario: str | Path = "friction_ch
 
     The scenario must have one of the measurement's phases.
     """
+    _declared(check_measurement_part, "measurements", kind)
     is_known = kind.id in measurement_kinds()
     missing = [str(problem) for problem in missing_phases(kind)]
     assert not missing, "\n".join(missing)
@@ -105,6 +109,7 @@ def check_observer(kind: ObserverKind) -> None:
 
     A sample that is not a number must have no estimate and no effect on later ones beyond a tenth of a second.
     """
+    _declared(OBSERVERS.check, "observers", kind)
     with _refused_as_failure(), _having("observers", _NAME, kind) as name, _run("friction_check") as live:
         model = load_model(stock_file("model", "default"))
         make = observer_kind(name).make
@@ -139,13 +144,14 @@ def check_key(key: SecurityKey) -> None:
 
     The key function makes the same bytes of a seed each time, and unlocks the virtual controller.
     """
+    _declared(check_key_part, "keys", key)
     for length in range(1, 17):
         seed = bytes((37 * k + length) % 256 for k in range(length))
         first, second = key.compute(seed, 1), key.compute(seed, 1)
         assert isinstance(first, bytes), f"the key of a seed of {length} bytes must be bytes"
         assert first, f"the key of a seed of {length} bytes is empty"
         assert first == second, f"two keys of one seed of {length} bytes differ"
-    with _having("keys", _NAME, key) as name, tempfile.TemporaryDirectory() as folder:
+    with _refused_as_failure(), _having("keys", _NAME, key) as name, tempfile.TemporaryDirectory() as folder:
         stock = yaml.safe_load(stock_file("bench", "virtual_uds").read_text("utf-8"))
         stock["uds"]["security"]["key"] = name
         bench = Path(folder) / "bench.yaml"
@@ -159,6 +165,7 @@ def check_law(law: ControlLaw) -> None:
 
     The law compiles, stays finite, and carries a friction check on the virtual bench.
     """
+    _declared(LAWS.check, "laws", law)
     own = next((name for name, one in LAWS.all_own().items() if one is law), None)
     with _refused_as_failure(), _having("laws", own or _NAME, law, is_known=own is not None) as name:
         gains = law_gains(name, load_model(stock_file("model", "default")).values)
@@ -178,7 +185,8 @@ def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None
 
     `settings` are its keys in a scenario, without `kind` and `id`.
     """
-    name = str(phase.model_fields["kind"].annotation.__args__[0])  # type: ignore[union-attr]
+    name = _declared(name_of_part, "phases", phase)
+    assert isinstance(settings, Mapping), f"the settings of a phase must be a mapping (they are {settings!r})"
     known = {kind_name(one) for one in phase_kinds().values()}
     with _refused_as_failure(), _having("phases", _NAME, phase, is_known=name in known):
         entry = {"kind": name, "id": "part", **settings}
@@ -209,6 +217,8 @@ def check_reader(reader: Reader, path: str | Path) -> None:
 
     The reader gives a file's frames, the same each time, and of a file cut short those before the cut.
     """
+    _declared(check_reader_part, "readers", reader)
+    assert isinstance(path, str | Path), f"the path must be a text or a path (it is {path!r})"
     path = Path(path)
     with _refused_as_failure(), _having("readers", _NAME, reader), tempfile.TemporaryDirectory() as folder:
         log = read_log(path)
@@ -227,6 +237,12 @@ def check_reader(reader: Reader, path: str | Path) -> None:
             _require_same(
                 whole.select(slice(0, len(part))), part, "a file cut short gives other frames than the whole one"
             )
+
+
+def _declared(check: Callable[[Part], Declared], kind: str, declaration: object) -> Declared:
+    """Return what a registry's check of a declaration returns; AssertionError where it refuses that."""
+    with _refused_as_failure():
+        return check(Part(kind, _NAME, declaration, Place("a test")))
 
 
 def _entry(effect: Effect, first: Mapping[str, float], steps: float) -> EffectEntry:

@@ -62,14 +62,18 @@ class NamedParts(Generic[Declared]):
         if self._of_plugins is None:
             found: dict[str, Part] = {}
             for part in parts(self._kind):
-                part.require(self._declared)
-                self._check(part)
+                self.check(part)
                 name = _name(part.name)
                 if name in found or name in self._modules():
                     raise part.refused(f"the name {name} is taken by another {self._called}")
                 found[name] = part
             self._of_plugins = found
         return self._of_plugins
+
+    def check(self, part: Part) -> None:
+        """Raise InputError where the declaration of a part breaks the contract."""
+        part.require(self._declared)
+        self._check(part)
 
     def _modules(self) -> dict[str, str]:
         return {_name(module.name): module.name for module in pkgutil.iter_modules(self._ours.__path__)}

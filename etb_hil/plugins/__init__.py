@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
-from etb_hil.base.plugins import Plugin, add_file, declared, plugins, remove_file
+from etb_hil.base.plugins import Plugin, add_file, declared, location, plugins, remove_file
 
 __all__ = ["Plugin", "load", "loaded", "unload"]
 
@@ -32,7 +32,7 @@ def load(path: str | Path) -> Plugin:
     This process has them from then on, and those that it starts. Raises InputError, naming file and reason, where one
     cannot be loaded, has the name of another one or breaks its contract; nothing of the file is taken in then.
     """
-    file = Path(path).absolute()
+    file = location(Path(path))
     for kind in declared(file):
         import_module(_REGISTRIES[kind])
     add_file(file)

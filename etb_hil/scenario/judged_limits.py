@@ -34,6 +34,6 @@ def missing_phases(kind: MeasurementKind, place: Place | None = None) -> Iterato
     The problem names the plug-in that declares the measurement, or `place` where none does.
     """
     declared = next((part.place for part in parts("measurements") if part.value.id == kind.id), place)
-    for phase in sorted(kind.phases - phase_kinds().keys()):
+    for phase in sorted(set(kind.phases) - phase_kinds().keys()):
         remedy = did_you_mean(phase, phase_kinds(), "correct it, or load the plug-in that brings this kind")
         yield Problem(f"`phases` of the measurement {kind.id} names no kind of phase", declared, phase, remedy=remedy)

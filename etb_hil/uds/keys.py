@@ -36,13 +36,18 @@ def _example(seed: bytes, level: int) -> bytes:
 def _keys() -> dict[str, SecurityKey]:
     found = {DEFAULT_KEY: SecurityKey(_example)}
     for part in parts("keys"):
-        part.require(SecurityKey)
-        part.require_function("compute", part.value.compute, "seed", "level")
+        check_key_part(part)
         name = part.name.replace("_", "-")  # as a file of Python cannot be named
         if name in found:
             raise part.refused(f"there is a key function {name} already")
         found[name] = _guarded(part)
     return found
+
+
+def check_key_part(part: Part) -> None:
+    """Raise InputError where the declaration of a key function breaks the contract."""
+    part.require(SecurityKey)
+    part.require_function("compute", part.value.compute, "seed", "level")
 
 
 def key_names() -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.plugins import parts, when_changed
+from etb_hil.base.plugins import Part, parts, when_changed
 from etb_hil.base.userfile import refuse_empty
 from etb_hil.canio.logs import formats
 from etb_hil.canio.logs.guarded import GuardedLog
@@ -70,19 +70,26 @@ def _of_plugins() -> dict[str, Reader]:
     """
     found: dict[str, Reader] = {}
     for part in parts("readers"):
-        part.require(Reader)
+        check_reader_part(part)
         reader: Reader = part.value
-        part.require_text("summary", reader.summary)
-        part.require_function("open", reader.open, "path")
-        if not reader.suffixes or not isinstance(reader.suffixes, tuple):
-            raise part.refused(f"`suffixes` must be a tuple of texts (it is {reader.suffixes!r})")
         for suffix in reader.suffixes:
-            if not isinstance(suffix, str) or not _SUFFIX.fullmatch(suffix):
-                raise part.refused(f"a suffix is a dot and small letters (it is {suffix!r})")
             if suffix in _own() or suffix in found or suffix == ".gz":
                 raise part.refused(f"there is a reader of {suffix} files already")
             found[suffix] = replace(reader, open=partial(GuardedLog, part))
     return found
+
+
+def check_reader_part(part: Part) -> None:
+    """Raise InputError where a field of a reader's declaration breaks the contract."""
+    part.require(Reader)
+    reader: Reader = part.value
+    part.require_text("summary", reader.summary)
+    part.require_function("open", reader.open, "path")
+    if not reader.suffixes or not isinstance(reader.suffixes, tuple):
+        raise part.refused(f"`suffixes` must be a tuple of texts (it is {reader.suffixes!r})")
+    for suffix in reader.suffixes:
+        if not isinstance(suffix, str) or not _SUFFIX.fullmatch(suffix):
+            raise part.refused(f"a suffix is a dot and small letters (it is {suffix!r})")
 
 
 when_changed(_of_plugins.cache_clear)
