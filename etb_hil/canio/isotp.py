@@ -80,7 +80,7 @@ class IsoTpEnd:
         return bool(self._out or self._rest)
 
     def reset(self) -> None:
-        """Give up what is being received or sent, and what was received and not yet taken."""
+        """Give up what is being received or sent, and forget what was received."""
         self._into, self._rest, self._awaits_flow_control = None, b"", False
         self._out.clear()
         self.received.clear()

@@ -77,7 +77,10 @@ class GaugeStudy:
         return math.hypot(self.gauge, self.part)
 
     def share(self, sigma: float) -> float:
-        """Return a standard deviation as a share of the total (% study variation), 0 where nothing varies."""
+        """Return a standard deviation as a share of the total (% study variation).
+
+        It is 0 where nothing varies.
+        """
         return sigma / self.total if self.total > 0.0 else 0.0
 
     @property
@@ -103,7 +106,10 @@ class GaugeStudy:
 
     @property
     def categories(self) -> int | None:
-        """ndc: how many groups of units the gauge distinguishes, None where it does not scatter at all."""
+        """ndc: how many groups of units the gauge distinguishes.
+
+        None where it does not scatter at all.
+        """
         return int(_CATEGORY * self.part / self.gauge) if self.gauge > 0.0 else None
 
 
@@ -185,7 +191,10 @@ def balanced(cells: dict[tuple[str, str], list[float]]) -> tuple[list[str], list
 
 
 class _Size(NamedTuple):
-    """A crossed study that the runs hold: its criteria in order of preference, its trials and its benches' places."""
+    """A crossed study that the runs hold: its criteria in order of preference.
+
+    Behind them are its trials, and `together`, the places of its benches.
+    """
 
     has_reproducibility: bool
     has_enough_units: bool
@@ -203,7 +212,10 @@ def _rank(size: _Size) -> tuple[bool, bool, int, int]:
 
 
 def _size(counts: Int64, together: tuple[int, ...]) -> _Size:
-    """Return the largest study on some benches, of how often each unit ran on each bench (units, benches)."""
+    """Return the largest study on some benches.
+
+    `counts` (units, benches) is how often each unit ran on each bench.
+    """
     trials = np.sort(counts[:, together].min(axis=1))[::-1]  # the first k units have trials[k - 1] runs on each bench
     units = np.arange(1, len(trials) + 1)
     values = np.where((units > 1) & (trials > 1), units * trials * len(together), 0)
@@ -217,9 +229,10 @@ def _size(counts: Int64, together: tuple[int, ...]) -> _Size:
 
 
 def _sets_of(counts: Int64) -> Iterator[tuple[int, ...]]:
-    """Yield sets of benches: all of few; of many each one, each pair, and the best pair as it grows.
+    """Yield the sets of benches that are tried, as their places.
 
-    Each bench that is added is the one with which the study stays the largest.
+    They are all sets of few benches; of many, each bench, each pair, and the best pair as it grows. Each bench that is
+    added is the one with which the study stays the largest.
     """
     places = range(counts.shape[1]) if counts.size else range(0)
     exhaustive = len(places) <= _MOST_TRIED

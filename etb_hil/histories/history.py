@@ -120,7 +120,7 @@ def _numbers(runs: list[Run]) -> list[NumberHistory]:
 
 
 def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> tuple[NumberHistory, list[Point]]:
-    """Return the history of a measurement without its drifts, and the points that tell these.
+    """Return the history of a measurement, and the points that tell its drifts.
 
     Friction follows the temperature by a law of its own, which is taken out; what friction is a part of has that part's
     temperature taken out; all others are compared as measured.
@@ -185,7 +185,7 @@ def _unit(name: str, runs: Sequence[Run]) -> str:
 
 
 def _limits_of(stated: Sequence[Limits]) -> tuple[Limits, list[Limits]]:
-    """Return the limits of values that are compared as measured, and those that differ.
+    """Return the limits of values compared as measured, and those that differ.
 
     A limit applies where the run of every charted value states it (`stated`, n). One that follows the temperature, or
     was changed, would be too wide or too narrow for the others.
@@ -195,7 +195,7 @@ def _limits_of(stated: Sequence[Limits]) -> tuple[Limits, list[Limits]]:
 
 
 def _limits_at_reference(stated: Sequence[Limits], warmth: Float64) -> tuple[Limits, list[Limits]]:
-    """Return the limits of values that were brought to 20 degC, and those that differ.
+    """Return the limits of values brought to 20 degC, and those that differ.
 
     They are the latest of those stated (n) within 5 K of it, at temperatures `warmth` (n) in degC.
     """

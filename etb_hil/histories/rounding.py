@@ -11,7 +11,9 @@ _SHARE = 1e-12
 
 
 def without_rounding(differences: Float64, values: Float64) -> Float64:
-    """Return differences between values, or from their means, with 0 in place of what rounding leaves.
+    """Return differences with 0 in place of what rounding leaves.
+
+    They are between values, or of values and their means.
 
     `values` are those that they were formed of, both in the same unit. Shapes may differ.
     """

@@ -40,14 +40,20 @@ class UdsError(Exception):
 
 @dataclass(slots=True)
 class _Asked:
-    """A request as its response is known by: service and what it repeats; `until_ns` is when that may still come."""
+    """What the response to a request is known by: the service, and what it repeats.
+
+    `until_ns` is when it may still come.
+    """
 
     service: int
     echo: bytes
     until_ns: int = 0
 
     def is_answered_by(self, payload: bytes) -> bool:
-        """Return whether a response may be that to this request; a negative one repeats the service alone."""
+        """Return whether a response may be that to this request.
+
+        A negative one repeats the service alone.
+        """
         if payload[0] == NEGATIVE:
             return payload[1:2] == bytes([self.service])
         return payload[0] == self.service + 0x40 and payload[1:].startswith(self.echo)
@@ -100,7 +106,7 @@ class UdsClient:
         return self._service is None
 
     def give_up(self) -> None:
-        """Give up the request that waits; an answer to it that comes late is passed over."""
+        """Give up the request that waits; a late answer to it is passed over."""
         self._end.reset()
         if self._service is not None:
             self._asked.until_ns = self._now_ns + self._p2_star_ns
@@ -178,14 +184,17 @@ class UdsClient:
         return None
 
     def _repeat(self, now_ns: int) -> None:
-        """Send the request again where a busy unit has asked for that, and it is due."""
+        """Send the request again where a busy unit asked for that and it is due."""
         if self._service is not None and self._again_ns is not None and now_ns >= self._again_ns:
             self._again_ns, self._due_ns = None, 0
             self._repeats += 1
             self._end.send(self._payload)
 
     def _is_late(self, payload: bytes, now_ns: int) -> bool:
-        """Return whether a response is that to a request that was given up; each explains one final response."""
+        """Return whether a response is that to a request that was given up.
+
+        Each request explains one final response.
+        """
         self._given_up = self._still_explained(now_ns)
         late = next((one for one in self._given_up if one.is_answered_by(payload)), None)
         if late is None:

@@ -1,4 +1,4 @@
-"""What the command `ip` says of a CAN interface, and which of its bit rates differ from the settings."""
+"""What the command `ip` says of a CAN interface, and its bit rates."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ class InterfaceRate:
 
 
 def interface_details(name: str) -> dict[str, Any] | None:
-    """Return the details of an interface that its driver tells, None where `ip` does not answer properly."""
+    """Return what the driver tells of an interface.
+
+    None where `ip` does not end, fails, or says no JSON.
+    """
     command = shutil.which("ip") or shutil.which("ip", path=_FOLDERS)
     if command is None:
         return None
@@ -47,7 +50,10 @@ def interface_details(name: str) -> dict[str, Any] | None:
 
 
 def interface_rates(bus: BusSettings, details: Mapping[str, Any]) -> list[InterfaceRate]:
-    """Return the bit rates that a bus needs, with those of the interface; the data bit rate with FD alone."""
+    """Return the bit rates that a bus needs, with those of the interface.
+
+    The data bit rate is one of them with FD alone.
+    """
     wanted = [("bittiming", "bitrate", "bit rate", bus.bitrate)]
     if bus.fd:
         wanted.append(("data_bittiming", "data_bitrate", "data bit rate", bus.data_bitrate))
