@@ -130,7 +130,9 @@ def _is_version_5(content: bytes) -> bool:
 
 
 def _numeric(content: bytes) -> tuple[bytes, dict[str, str]]:
-    """Return a MAT file of its numeric arrays alone, unpacked, and the kinds of its other variables by name.
+    """Return a MAT file of its numeric arrays alone, and its other variables.
+
+    The arrays are unpacked; the kinds of the other variables are by name.
 
     SciPy would unpack to any size and nest to any depth.
 

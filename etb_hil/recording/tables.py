@@ -82,13 +82,13 @@ def _plan(table: CsvTable | MatTable | ParquetTable, path: Path, map_file: Path 
 
 
 def _left_out(table: CsvTable | MatTable | ParquetTable, plan: TablePlan) -> Iterator[str]:
-    """Yield a note of the columns that nothing is read from, and one of what is no column."""
+    """Yield notes: of columns that are not read, and of other variables."""
     read = {plan.time.column, *(use.column for use in plan.roles)}
     if unread := [shortened(name, 40) for name in table.names if name and name not in read]:
         yield str(Problem(f"columns without a known role were left out: {_listed(unread)}"))
     if isinstance(table, MatTable) and table.others:
         named = _listed([f"{shortened(name, 40)} ({kind})" for name, kind in table.others.items()])
-        yield str(Problem(f"variables that are no vectors of real numbers were left out: {named}"))
+        yield str(Problem(f"variables other than vectors of real numbers were left out: {named}"))
 
 
 def _listed(left: Sequence[str]) -> str:

@@ -116,7 +116,7 @@ def run_of(
 
 
 def require_outcome(table: str, column: str, value: str | None, of: str, file: str | None = None) -> None:
-    """Raise InputError where a column of outcomes holds another text than those that runs write.
+    """Raise InputError where an outcome or a verdict is none that runs write.
 
     `of` names the run, `file` the store. A column that `OUTCOMES` does not name may hold any text.
     """

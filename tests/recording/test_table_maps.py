@@ -151,7 +151,7 @@ def test_variables_of_a_mat_file_that_are_no_vectors_are_named_with_their_kind(t
     unread, left_out = recording.notes
     assert unread == "columns without a known role were left out: strom"
     names, kinds = left_out.split(": ", 1)
-    assert names == "variables that are no vectors of real numbers were left out"
+    assert names == "variables other than vectors of real numbers were left out"
     assert set(kinds.removesuffix(")").split("), ")) == {
         "temperature_degC (a single value", "begin (text", "gains (3 x 2", "cube (2 x 3 x 2", "roots (1 x 2, complex",
         "nothing (0 x 3", "about (a struct", "names (a cell array", "sparse (a sparse matrix",
