@@ -242,7 +242,7 @@ def reasons():
 
 def python():
     """Return the page of the Python interface: a table that links, and what autodoc makes of each public name."""
-    kinds = {"functions": [], "classes": [], "errors": []}
+    kinds = {"functions": [], "classes": [], "errors": [], "modules": []}
     for name in etb_hil.__all__:
         kinds[_kind_of(getattr(etb_hil, name))].append(name)
     parts = [
@@ -257,7 +257,8 @@ def python():
         parts.append(f"| {{py:obj}}`~etb_hil.{name}` | {_cell(first)} |")
     for kind, names in kinds.items():
         parts.append(f"\n## {kind.capitalize()}\n")
-        directive = {"functions": "autofunction", "classes": "autoclass", "errors": "autoexception"}[kind]
+        directives = {"functions": "autofunction", "classes": "autoclass", "errors": "autoexception"}
+        directive = {**directives, "modules": "automodule"}[kind]
         for name in names:
             members = "" if kind == "functions" else ":members:\n:inherited-members: Exception, Mapping, StrEnum\n"
             parts.append(f"```{{eval-rst}}\n.. {directive}:: etb_hil.{name}\n{_indented(members)}```\n")
@@ -265,6 +266,8 @@ def python():
 
 
 def _kind_of(public):
+    if inspect.ismodule(public):
+        return "modules"
     if not inspect.isclass(public):
         return "functions"
     return "errors" if issubclass(public, Exception) else "classes"

@@ -1,3 +1,5 @@
+from . import plugins as plugins
+from . import testing as testing
 from .api.connecting import ConnectedBench as ConnectedBench
 from .api.connecting import connect as connect
 from .api.diagnosing import Judgement as Judgement

@@ -52,6 +52,16 @@ if TYPE_CHECKING:
     from etb_hil.scenario.phase import PhaseModel
     from etb_hil.uds.keys import SecurityKey
 
+__all__ = [
+    "check_effect",
+    "check_key",
+    "check_law",
+    "check_measurement",
+    "check_observer",
+    "check_phase",
+    "check_reader",
+]
+
 _NAME = "part_under_test"
 Declared = TypeVar("Declared")
 

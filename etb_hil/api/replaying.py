@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.api.arguments import checked
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.results.measurement import Measurement, Measurements
 
 if TYPE_CHECKING:
     from etb_hil.base.outcome import UnitVerdict
@@ -23,8 +24,8 @@ class Replayed:
     """What came of one source.
 
     `verdict` is None where the bench failed, the run was aborted, or, with an `error`, the source could not be judged.
-    `measurements` are values in SI with their 95 % intervals, (value, low, high), by id. `differs` says where a session
-    first differs from its live run.
+    `measurements` are values in SI with their 95 % intervals, by id; empty with an `error`. They have neither limits
+    nor verdicts of their own: `Run.open` gives those. `differs` says where a session first differs from its live run.
     """
 
     path: Path
@@ -34,7 +35,7 @@ class Replayed:
     error: str = ""
     differs: str = ""
     serial: str = ""
-    measurements: Mapping[str, tuple[float | None, float | None, float | None]] = field(default_factory=dict)
+    measurements: Measurements = field(default_factory=Measurements)
 
 
 @checked
@@ -55,7 +56,8 @@ def replay(
 
     A session is judged by its own files where none are given; a log by `bench`, `model` and `limits`, the last two by
     default the stock ones, on a `channel` (from 0) or all. `jobs` processes work side by side, or the workers of the
-    `dask` scheduler at an address. Raises InputError where a file to judge by is wrong, before the first one is judged.
+    `dask` scheduler at an address. A script calls it with `jobs` above 1 under `if __name__ == "__main__":`, since each
+    process imports the script. Raises InputError where a file to judge by is wrong, before the first one is judged.
     """
     from etb_hil.base.stock import find, stock_file
     from etb_hil.bench.bench_file import load_plugins
@@ -97,5 +99,15 @@ def _replayed(outcome: Outcome) -> Replayed:
         judged.reason,
         differs=outcome.differs or "",
         serial=judged.serial,
-        measurements=judged.measurements,
+        measurements=_measurements(judged.measurements),
+    )
+
+
+def _measurements(found: Mapping[str, tuple[float | None, float | None, float | None]]) -> Measurements:
+    from etb_hil.diagnosis.measurement_registry import kind_of, name_of
+
+    kinds = {id_: kind_of(id_) for id_ in found}
+    units = {id_: "" if kind is None else kind.unit for id_, kind in kinds.items()}
+    return Measurements(
+        Measurement(id_, name_of(id_), value, units[id_], low, high) for id_, (value, low, high) in found.items()
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
@@ -176,6 +177,25 @@ def format_quantity(value: float, dimension: str, digits: int = 6) -> str:
     """Write an SI value with its unit, so that `parse_quantity` reads it back."""
     unit = unit_of(dimension)
     return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
+
+
+def exact_quantity(value: float, dimension: str) -> str:
+    """Write an SI value with its unit in the fewest digits that `parse_quantity` reads back as the same value."""
+    unit = unit_of(dimension)
+    number = _fewest_digits(value, lambda text: float(text) == value)
+    return number if unit == "1" else f"{number} {unit}"
+
+
+def exact_share(share: float) -> str:
+    """Write a share in percent, in the fewest digits that `parse_quantity` reads back as the same share."""
+    percent = 100.0 * share
+    near = (percent, math.nextafter(percent, math.inf), math.nextafter(percent, -math.inf))
+    written = [_fewest_digits(one, lambda text: parse_quantity(f"{text} %", "ratio") == share) for one in near]
+    return f"{next((one for one in written if parse_quantity(f'{one} %', 'ratio') == share), written[0])} %"
+
+
+def _fewest_digits(value: float, is_same: Callable[[str], bool]) -> str:
+    return next((text for digits in range(6, 17) if is_same(text := f"{value:.{digits}g}")), f"{value:.17g}")
 
 
 def _reader(dimension: str) -> BeforeValidator:

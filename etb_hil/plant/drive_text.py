@@ -7,12 +7,10 @@ from typing import Any
 
 import yaml
 
-from etb_hil.base.quantity import format_quantity
+from etb_hil.base.quantity import exact_quantity, exact_share
 from etb_hil.plant.drive_effects import written_effects
 from etb_hil.plant.drive_file import DIMENSIONS_OF
 from etb_hil.plant.parameters import Model
-
-_DIGITS = 9
 
 
 def drive_text(model: Model, description: str) -> str:
@@ -36,18 +34,16 @@ def drive_text(model: Model, description: str) -> str:
     ):
         parameter = model.parameters[name]
         half = parameter.tolerance
-        amount = (
-            f"{100.0 * half.amount:.6g} %" if half.is_relative else format_quantity(half.amount, dimension, _DIGITS)
-        )
-        value = format_quantity(parameter.value, dimension, _DIGITS)
+        amount = exact_share(half.amount) if half.is_relative else exact_quantity(half.amount, dimension)
+        value = exact_quantity(parameter.value, dimension)
         content[key] = {"value": value, "tolerance": amount, "source": parameter.source}
     lengths = {
         "presliding": v.coulomb / v.bristle_stiffness,
         "travel_per_turn": turn,
         "position_step": turn / sensors.motor_counts_per_turn,
     }
-    content |= {name: format_quantity(value, length, _DIGITS) for name, value in lengths.items()}
-    content["settled_speed"] = format_quantity(v.stribeck_velocity, speed, _DIGITS)
-    content["drive_noise"] = format_quantity(sensors.current_noise, force, _DIGITS)
+    content |= {name: exact_quantity(value, length) for name, value in lengths.items()}
+    content["settled_speed"] = exact_quantity(v.stribeck_velocity, speed)
+    content["drive_noise"] = exact_quantity(sensors.current_noise, force)
     content["effects"] = written_effects(model.effects, is_linear=model.is_linear)
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)

@@ -6,12 +6,10 @@ from typing import Any
 
 import yaml
 
-from etb_hil.base.quantity import format_quantity
+from etb_hil.base.quantity import exact_quantity, exact_share
 from etb_hil.plant.parameter import Parameter
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.table_one import KINDS
-
-_DIGITS = 9
 
 
 def model_text(model: Model, description: str) -> str:
@@ -31,20 +29,16 @@ def model_text(model: Model, description: str) -> str:
 def _entry(parameter: Parameter) -> dict[str, Any]:
     dimension = KINDS[parameter.name].dimension
     tolerance = parameter.tolerance
-    amount = (
-        f"{100.0 * tolerance.amount:.6g} %"
-        if tolerance.is_relative
-        else format_quantity(tolerance.amount, dimension, _DIGITS)
-    )
-    entry: dict[str, Any] = {"value": format_quantity(parameter.value, dimension, _DIGITS)}
+    amount = exact_share(tolerance.amount) if tolerance.is_relative else exact_quantity(tolerance.amount, dimension)
+    entry: dict[str, Any] = {"value": exact_quantity(parameter.value, dimension)}
     if parameter.shaft is not None:
         entry["shaft"] = str(parameter.shaft)
     entry["tolerance"] = amount
     if parameter.temperature is not None:
         law = parameter.temperature
         entry["temperature"] = {
-            "coefficient": format_quantity(law.coefficient, "temperature coefficient", _DIGITS),
-            "reference": format_quantity(law.reference, "temperature", _DIGITS),
+            "coefficient": exact_quantity(law.coefficient, "temperature coefficient"),
+            "reference": exact_quantity(law.reference, "temperature"),
         }
     entry["outside_table_one"] = "fitted to a measurement"
     entry["source"] = parameter.source
@@ -57,5 +51,5 @@ def _sensors(model: Model) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in sheet.model_dump().items():
         kind = kinds.get(name.split("_")[0]) if isinstance(value, float) else None
-        found[name] = value if kind is None else format_quantity(value, kind, _DIGITS)
+        found[name] = value if kind is None else exact_quantity(value, kind)
     return found

@@ -12,3 +12,18 @@ from etb_hil.plant.effects.effect import finer as finer
 from etb_hil.plant.effects.effect import shape as shape
 from etb_hil.plant.effects.effect import strength as strength
 from etb_hil.plant.effects.port import Port as Port
+
+__all__ = [
+    "Balance",
+    "Component",
+    "Effect",
+    "EffectParameter",
+    "Law",
+    "Need",
+    "Parity",
+    "Port",
+    "State",
+    "finer",
+    "shape",
+    "strength",
+]

@@ -4,3 +4,5 @@ A plug-in writes `KEY = SecurityKey(...)`.
 """
 
 from etb_hil.uds.keys import SecurityKey as SecurityKey
+
+__all__ = ["SecurityKey"]

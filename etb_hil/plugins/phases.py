@@ -27,3 +27,30 @@ from etb_hil.scenario.trajectory import Steps as Steps
 from etb_hil.scenario.trajectory import Trajectory as Trajectory
 from etb_hil.scenario.trajectory import dash as dash
 from etb_hil.scenario.trajectory import move as move
+
+__all__ = [
+    "Angle",
+    "AngularVelocity",
+    "Between",
+    "Chain",
+    "Duration",
+    "Frequency",
+    "Held",
+    "Mode",
+    "PhaseModel",
+    "PositiveAngle",
+    "PositiveFrequency",
+    "PositiveSpeed",
+    "PositiveTime",
+    "Ratio",
+    "Released",
+    "Repeat",
+    "SetPoint",
+    "Steps",
+    "ThrottleParameters",
+    "Trajectory",
+    "Use",
+    "Voltage",
+    "dash",
+    "move",
+]

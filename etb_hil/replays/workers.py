@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import multiprocessing
 import os
 import re
@@ -32,6 +33,10 @@ _AHEAD = 2  # tasks a process that wait for it
 _ANSWERS_S = 2.0  # until a cluster that says nothing counts as not there: Dask waits for 30 s
 _TCP = re.compile(r"(tcp://)?[^\s/]+:\d{1,5}")
 _DIED = "the process that read it died"
+_NO_START = Problem(
+    "the processes that judge ended before their first log",
+    remedy='in a script, call `replay` under `if __name__ == "__main__":`, since each process imports the script',
+)
 
 
 class LocalProcesses:
@@ -58,7 +63,7 @@ class LocalProcesses:
 
         What was under way then is put into `unsure`.
         """
-        with _pool(min(self._jobs, len(left))) as pool:
+        with _pool(min(self._jobs, len(left))) as (pool, has_begun):
             running: dict[Future[Outcome], Task] = {}
             while (left or running) and not unsure:
                 while left and len(running) < self._jobs * _AHEAD:
@@ -66,6 +71,7 @@ class LocalProcesses:
                     try:
                         running[pool.submit(self._work, task)] = task
                     except BrokenProcessPool:
+                        _require_begun(has_begun)
                         unsure.append(task)
                         break
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -73,31 +79,45 @@ class LocalProcesses:
                     try:
                         yield future.result()
                     except BrokenProcessPool:
+                        _require_begun(has_begun)
                         unsure.append(task)
             unsure += running.values() if unsure else ()
 
     def _alone(self, task: Task) -> Iterator[Outcome]:
-        with _pool(1) as pool:
+        with _pool(1) as (pool, has_begun):
             try:
                 yield pool.submit(self._work, task).result()
             except BrokenProcessPool:
+                _require_begun(has_begun)
                 yield failed(task, CRASHED, _DIED)
 
 
 @contextmanager
-def _pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool whose processes end at once where the work is broken off.
+def _pool(processes: int) -> Iterator[tuple[ProcessPoolExecutor, ctypes.c_bool]]:
+    """Yield a pool whose processes end at once where the work is broken off, and whether any of them has begun.
 
     They end, too, where this process is killed.
     """
     context = multiprocessing.get_context("spawn")
     theirs, ours = context.Pipe(duplex=False)  # of which nothing is ever said but its end
-    with theirs, ours, ProcessPoolExecutor(processes, context, _end_with, (theirs,)) as pool:
+    has_begun = context.RawValue(ctypes.c_bool, False)  # without a lock, which a killed process would keep
+    with theirs, ours, ProcessPoolExecutor(processes, context, _begin, (theirs, has_begun)) as pool:
         try:
-            yield pool
+            yield pool, has_begun
         except BaseException:
             ours.close()
             raise
+
+
+def _require_begun(has_begun: ctypes.c_bool) -> None:
+    """Raise InputError where no process of a pool came as far as its first task."""
+    if not has_begun.value:
+        raise InputError(_NO_START)
+
+
+def _begin(pipe: Connection, has_begun: ctypes.c_bool) -> None:
+    has_begun.value = True
+    _end_with(pipe)
 
 
 def _end_with(pipe: Connection) -> None:

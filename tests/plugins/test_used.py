@@ -117,7 +117,7 @@ def test_a_reader_opens_a_log_for_every_command(part, lines, tmp_path):
     np.testing.assert_allclose(recording["motor_current"].values, run.recording["motor_current"].values)
     (one,) = etb.replay([path], bench="virtual_classic", jobs=1)
     assert one.error == ""
-    assert one.measurements["T_c"][0] == pytest.approx(run.measurements["T_c"].value, rel=0.05)
+    assert one.measurements["T_c"].value == pytest.approx(run.measurements["T_c"].value, rel=0.05)
     other = Path(shutil.copy(path, tmp_path / "other.frames"))
     several = list(etb.replay([path, other], bench="virtual_classic", jobs=2))  # in processes of their own
     assert [found.measurements["T_c"] for found in several] == [one.measurements["T_c"]] * 2
@@ -129,7 +129,7 @@ def test_a_reader_opens_a_log_for_every_command(part, lines, tmp_path):
         [*command, "--plugin", str(reader)], capture_output=True, text=True, check=False, cwd=tmp_path
     )
     assert done.returncode in {0, 4}, done.stderr
-    assert f"{one.measurements['T_c'][0]:.3f} N·m" in done.stdout
+    assert f"{one.measurements['T_c'].value:.3f} N·m" in done.stdout
 
 
 def test_a_bench_file_names_its_plugins_beside_itself(part, tmp_path):
