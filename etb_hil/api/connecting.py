@@ -11,6 +11,7 @@ import json
 import subprocess
 import sys
 import threading
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -116,7 +117,12 @@ class ConnectedBench:
 
     def ramp(self, between: tuple[str, str], speed: str, repeat: int = 1) -> Seen:
         """Go up and down between two angles at a speed."""
-        return self.phase("ramp", between=list(between), speed=speed, repeat=repeat)
+        pair = [] if isinstance(between, str) or not isinstance(between, Iterable) else [*between]
+        if len(pair) != 2:
+            allowed = "two texts with a unit, such as ('20 deg', '60 deg')"
+            what = f"between must be a pair of angles{' (it is None)' if between is None else ''}"
+            raise InputError(Problem(what, value=between, allowed=allowed))
+        return self.phase("ramp", between=pair, speed=speed, repeat=repeat)
 
     def off(self, duration: str) -> Seen:
         """Leave the bridge off: springs and friction move the plate."""
@@ -126,6 +132,7 @@ class ConnectedBench:
         """Measure the zero of the current sensor with the bridge off; a verdict needs it."""
         return self.phase("current_zero", duration=duration)
 
+    @checked
     def phase(self, kind: str, **settings: object) -> Seen:
         """Run a phase of any kind that scenario files have, with its settings there.
 

@@ -75,6 +75,7 @@ class Explanation:
         """
         return self._answer.model
 
+    @checked
     def write(self, folder: str | Path, inputs: Sequence[Path] = (), *, pictures: bool = False) -> list[Path]:
         """Write the answer's files into a folder; return their paths.
 

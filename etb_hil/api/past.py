@@ -112,4 +112,9 @@ def history(
     )
     with collector_paused():
         runs, notes = read_runs(places, selection)
+        given = {"part": part, "serial": serial, "since": since, "until": until}
+        chosen = ", ".join(f"{name} {value!r}" for name, value in given.items() if value is not None)
+        if not runs and chosen:
+            remedy = "choose others, or leave the choice out"
+            raise InputError(Problem(f"there is no finished run of {chosen} in the sources", remedy=remedy))
         return Histories(histories(runs), notes)

@@ -5,7 +5,7 @@ People name a session, a CAN log, or a table.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,6 +62,20 @@ class Recording(recording.Recording):
         found = self.series(role)
         return replace(found, time_ns=read_only(found.time_ns), values=read_only(found.values))
 
+    def __iter__(self) -> Iterator[str]:
+        """Yield the roles that have samples."""
+        return iter(self.roles)
+
+    def __len__(self) -> int:
+        return len(self.roles)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def keys(self) -> list[str]:
+        """Return the roles that have samples: `dict(recording)` holds each role over time."""
+        return self.roles
+
     def __contains__(self, role: object) -> bool:
         return role in self.roles
 
@@ -83,6 +97,7 @@ class Recording(recording.Recording):
         ends = [self.block(source).time_ns[[0, -1]] for source in self.sources]
         return float(max(end for _, end in ends) - min(first for first, _ in ends)) * 1e-9 if ends else 0.0
 
+    @checked
     def table(self, roles: str | Iterable[str] | None = None) -> tuple[Int64, dict[str, Float64]]:
         """Return the instants (n) in ns of all roles, and columns (n) by role.
 
@@ -100,26 +115,30 @@ class Recording(recording.Recording):
             np.put(column, np.searchsorted(instants, signal.time_ns), signal.values)
         return instants, columns
 
+    @checked
     def to_numpy(self, roles: str | Iterable[str] | None = None) -> dict[str, NDArray[np.float64]]:
         """Return arrays (n) by the names of the table's columns."""
         time_ns, columns = self.table(roles)
         named = {column_name(role): column for role, column in columns.items()}
         return {TIME: np.asarray(time_ns * 1e-9, np.float64), **named}
 
+    @checked
     def to_pandas(self, roles: str | Iterable[str] | None = None) -> pd.DataFrame:
-        """Return a DataFrame over `time_s`; each column's `attrs["unit"]` is its SI unit."""
+        """Return a DataFrame over `time_s`; `attrs["units"]` has the SI unit of each column."""
         pandas: Any = library("pandas")
         table = self.to_numpy(roles)
         frame: pd.DataFrame = pandas.DataFrame(table).set_index(TIME)
         frame.attrs["units"] = self._units(roles)
         return frame
 
+    @checked
     def to_polars(self, roles: str | Iterable[str] | None = None) -> pl.DataFrame:
         """Return a polars DataFrame; units stand in the names of the columns."""
         polars: Any = library("polars")
         frame: pl.DataFrame = polars.DataFrame(self.to_numpy(roles))
         return frame
 
+    @checked
     def to_xarray(self, roles: str | Iterable[str] | None = None) -> xr.Dataset:
         """Return a Dataset with a variable for each role over `time_s`.
 
@@ -132,6 +151,7 @@ class Recording(recording.Recording):
         dataset.attrs["origin"] = self.origin
         return dataset
 
+    @checked
     def to_arrow(self, roles: str | Iterable[str] | None = None) -> pa.Table:
         """Return an Arrow table; the metadata of each field has its SI `unit`."""
         pyarrow: Any = library("pyarrow")
@@ -140,6 +160,7 @@ class Recording(recording.Recording):
         arrow: pa.Table = pyarrow.table(list(table.values()), pyarrow.schema(fields))
         return arrow
 
+    @checked
     def write(self, path: str | Path, roles: str | Iterable[str] | None = None) -> None:
         """Write the table as `.csv` or `.parquet`, which every command reads.
 
@@ -147,6 +168,7 @@ class Recording(recording.Recording):
         """
         write_table(Path(path), *self.table(roles))
 
+    @checked
     def figure(self, roles: str | Iterable[str] | None = None) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure with one plot a role over time, gaps shaded."""
         from etb_hil.report.drawing import figure_of
@@ -195,6 +217,12 @@ def read(source: str | Path, *, bench: str | Path | None = None, columns: str | 
     from etb_hil.recording.tables import FORMATS, read_table
 
     path = Path(source)
+    if path.is_dir() and bench is not None:
+        remedy = "leave it out: a session has its own bench file"
+        raise InputError(Problem("bench goes with a CAN log", value=str(bench), remedy=remedy))
+    if columns is not None and (path.is_dir() or bench is not None):
+        remedy = "leave it out: a bench file says which signal is which role"
+        raise InputError(Problem("columns go with a table", value=str(columns), remedy=remedy))
     if path.is_dir() or bench is not None:
         return Recording.of(_of_can(path, bench), path if path.is_dir() else None)
     if path.is_file() and path.suffix.lower() not in FORMATS:

@@ -111,6 +111,7 @@ class Run:
 
         return friction_over_speed(ReportSeries.from_mapping(self.series), self.result)
 
+    @checked
     def report(self, folder: str | Path | None = None) -> Path:
         """Write `report.html` into a folder (the session's), and return its path."""
         from etb_hil.base.files import make_folder

@@ -48,6 +48,13 @@ def simulate(
 
     if voltage is not None and scenario is not None:
         raise InputError(Problem("a scenario and a voltage were given", remedy="give one of them"))
+    of_scenario = {"model": (model, "default"), "law": (law, "pd"), "rate": (rate, "1 kHz"), "seed": (seed, 1)}
+    if voltage is not None:
+        _refuse_unused({name: one for name, (one, usual) in of_scenario.items() if one != usual}, "a scenario")
+    if voltage is None:
+        _refuse_unused({"start_angle": start_angle}, "a voltage")
+    if not isinstance(voltage, str | Path):
+        _refuse_unused({"columns": columns}, "a voltage from a table")
     what = as_throttle(unit)
     if voltage is None:
         time_ns, found = _scenario(what, as_throttle(model), str(scenario or "friction_check"), law, rate, seed)
@@ -55,6 +62,17 @@ def simulate(
         given = read(voltage, columns=columns) if isinstance(voltage, str | Path) else voltage
         time_ns, found = _voltage(what, given, start_angle)
     return _recording(f"simulation of '{what.name}'", time_ns, found)
+
+
+def _refuse_unused(given: dict[str, object], goes_with: str) -> None:
+    """Raise InputError where an argument was given that goes with something else."""
+    problems = [
+        Problem(f"{name}: it goes with {goes_with}", value=value, remedy="leave it out")
+        for name, value in given.items()
+        if value is not None
+    ]
+    if problems:
+        raise InputError(*problems)
 
 
 def _recording(origin: str, time_ns: Int64, columns: dict[str, Float64]) -> Recording:
@@ -74,10 +92,10 @@ def _scenario(
     from etb_hil.scenario.scenario_file import load_scenario
 
     scenario = load_scenario(find("scenario", name)).content
-    hertz = _quantity("--rate", rate, "frequency")
+    hertz = _quantity("rate", rate, "frequency")
     if not SLOWEST_HZ <= hertz <= FASTEST_HZ:
         allowed = f"{SLOWEST_HZ:g} Hz to {FASTEST_HZ / 1e3:g} kHz"
-        raise InputError(Problem("--rate: no rate of samples", value=rate, allowed=allowed))
+        raise InputError(Problem("rate: no rate of samples", value=rate, allowed=allowed))
     guard = scenario.supply_guard
     return Simulation(unit, nominal, law=law, seed=seed, rate=hertz, supply=guard).run(scenario.steps)
 
@@ -90,12 +108,12 @@ def _voltage(
     voltage = given.series("motor_voltage")
     start = unit.values.limp_home
     if start_angle is not None:
-        start = _quantity("--start-angle", start_angle, "angle")
+        start = _quantity("start_angle", start_angle, "angle")
     elif "throttle_angle" in given.roles:
         start = float(given.series("throttle_angle").values[0])
         if math.isnan(start):
             what = f"{given.origin}: the first throttle_angle is missing"
-            raise InputError(Problem(what, remedy="give --start-angle"))
+            raise InputError(Problem(what, remedy="give start_angle"))
     temperature = _temperature(given, voltage.time_ns)
     found = run_voltage(unit, voltage.time_ns, voltage.values, start, temperature)
     return voltage.time_ns, {
@@ -120,10 +138,10 @@ def _temperature(given: recording.Recording, time_ns: Int64) -> Float64:
     return np.full(len(time_ns), REFERENCE_TEMPERATURE)  # a table has none
 
 
-def _quantity(option: str, given: float | str, dimension: str) -> float:
+def _quantity(name: str, given: float | str, dimension: str) -> float:
     """Return a value in SI.
 
-    InputError names the command line's option for it, and the units allowed.
+    InputError names the argument, and the units allowed.
     """
     from etb_hil.base.quantity import parse_quantity
 
@@ -132,4 +150,4 @@ def _quantity(option: str, given: float | str, dimension: str) -> float:
     try:
         return parse_quantity(given, dimension)
     except ValueError as error:
-        raise InputError(Problem(f"{option}: {error}", value=given)) from None
+        raise InputError(Problem(f"{name}: {error}", value=given)) from None

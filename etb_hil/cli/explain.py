@@ -65,7 +65,11 @@ def run(options: argparse.Namespace) -> int:
         options.out = options.out or _free_folder()
         _must_take_an_answer(options.out, _inputs(options))
         model = as_model(_model(options))
-        recordings = [read(path, bench=options.bench, columns=options.map) for path in options.data]
+        alone = len(options.data) == 1  # beside others, a session needs neither of what those are read with
+        recordings = [
+            read(path) if Path(path).is_dir() and not alone else read(path, bench=options.bench, columns=options.map)
+            for path in options.data
+        ]
         limits = as_limits(_limits(options))
         if remark := slow_remark(recordings[0]):
             print(remark, file=sys.stderr)

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
+from dataclasses import replace
 from pathlib import Path
+
+from etb_hil.base.errors import InputError, Problem
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,19 +37,36 @@ def run(options: argparse.Namespace) -> int:
     named = (options.scenario, options.voltage, options.map, options.unit, options.model)
     must_not_replace([(options.out, "give --out another file")], [Path(one) for one in named if one is not None])
     unit = as_model(options.unit)
-    found = simulate(
-        unit,
-        options.scenario,
-        voltage=options.voltage,
-        columns=options.map,
-        model=options.model,
-        law=options.law,
-        rate=options.rate,
-        seed=options.seed,
-        start_angle=options.start_angle,
-    )
+    try:
+        found = simulate(
+            unit,
+            options.scenario,
+            voltage=options.voltage,
+            columns=options.map,
+            model=options.model,
+            law=options.law,
+            rate=options.rate,
+            seed=options.seed,
+            start_angle=options.start_angle,
+        )
+    except InputError as error:
+        raise InputError(*map(_of_options, error.problems)) from error
     found.write(options.out)
     samples = len(found[found.roles[0]].time_ns)
     print(f"{options.out}: {samples} samples over {found.duration:.3f} s of '{unit.name}'")
     print(f"columns: time_s, {', '.join(map(column_name, found.roles))}")
     return 0
+
+
+_OPTIONS = {"columns": "--map", "start_angle": "--start-angle"}  # whose names differ from those of the arguments
+
+
+def _of_options(problem: Problem) -> Problem:
+    """Return a problem of `simulate` with the options of the command in place of its arguments."""
+    what = re.sub(r"^(model|law|rate|seed|columns|start_angle):", lambda m: f"{_option(m[1])}:", problem.what)
+    remedy = re.sub(r"^give start_angle$", f"give {_option('start_angle')}", problem.remedy or "")
+    return replace(problem, what=what, remedy=remedy or None)
+
+
+def _option(argument: str) -> str:
+    return _OPTIONS.get(argument, f"--{argument}")

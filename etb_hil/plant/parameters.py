@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from etb_hil.base.arguments import checked
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.plant.measured import Measured, with_measured
 from etb_hil.plant.model_check import impossible
@@ -49,6 +50,7 @@ class Model:
     friction_model: FrictionModel = FrictionModel.LUGRE
 
     @classmethod
+    @checked
     def load(cls, source: str | Path) -> Model:
         """Read a throttle's or a drive's model file, by path or stock name.
 
@@ -59,6 +61,7 @@ class Model:
 
         return load_plant(find("model", str(source)))[0]
 
+    @checked
     def write(self, path: str | Path, description: str = "") -> None:
         """Write a model file that `load` reads as the same model.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
+from etb_hil.base.arguments import checked
 from etb_hil.base.plugins import Plugin, add_file, declared, location, plugins, remove_file
 
 __all__ = ["Plugin", "load", "loaded", "unload"]
@@ -24,6 +25,7 @@ _REGISTRIES = {
 }
 
 
+@checked
 def load(path: str | Path) -> Plugin:
     """Take in the parts that a Python file declares.
 
@@ -39,6 +41,7 @@ def load(path: str | Path) -> Plugin:
     return next(one for one in loaded() if one.file == str(file))
 
 
+@checked
 def unload(path: str | Path) -> None:
     """Take out the parts of a file that was loaded; InputError where it was not."""
     remove_file(Path(path))

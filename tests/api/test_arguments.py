@@ -36,7 +36,7 @@ def test_an_argument_of_another_type_is_named(function, first, name, tmp_path, m
         ({"seed": 1.5}, "seed has the wrong type (it is 1.5); allowed: a whole number"),
         ({"seed": True}, "seed has the wrong type (it is True); allowed: a whole number"),
         ({"serial": 12}, "serial has the wrong type (it is 12); allowed: a text"),
-        ({"bench": None}, "bench has the wrong type; allowed: a text, a path"),
+        ({"bench": None}, "bench has the wrong type (it is None); allowed: a text, a path"),
     ],
 )
 def test_the_error_says_what_is_allowed(wrong, says, tmp_path):

@@ -69,7 +69,7 @@ def test_a_scenario_and_a_voltage_simulated():
     ("wrong", "said"),
     [
         ({"rate": 1e6}, "no rate of samples"),
-        ({"rate": "5 m"}, "--rate"),
+        ({"rate": "5 m"}, "rate: "),
         ({"scenario": "friction_check", "voltage": "x.csv"}, "a scenario and a voltage were given"),
         ({"unit": "nosuch"}, "no model file 'nosuch'"),
     ],
