@@ -30,7 +30,7 @@ class FrameFlag(IntFlag):
 
 
 # Not frozen: a bench in lock-step makes thousands of them a second, and freezing trebles what one costs.
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class FrameBlock:
     """Frames in columns, in the order in which they were seen.
 

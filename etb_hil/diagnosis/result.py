@@ -25,7 +25,7 @@ class Reason:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DiagnosisResult:
     """The verdict on a unit, with everything behind it.
 

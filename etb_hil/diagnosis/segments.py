@@ -24,7 +24,7 @@ BUS_TIME = "bus_time"  # s from the start of a sample's first frame to the stamp
 _KNOWN = ({*ROLES, "angle"} - {"motor_angle"}) | {COMMAND_AGE, COMMAND_FRAME_AGE, BUS_TIME}
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Segment:
     """The samples of one phase.
 

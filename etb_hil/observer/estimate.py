@@ -47,7 +47,7 @@ class SensorNoise:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class FrictionEstimate:
     """Velocity and friction torque at the instants of the samples that were pushed.
 

@@ -21,7 +21,7 @@ class ClockGrade(StrEnum):
     TABLE = "time column of a table"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Series:
     """One role over time.
 
@@ -47,7 +47,7 @@ class Gap:
     lost: int | None
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Recording:
     """Signals in SI units on the controller's sample clock.
 

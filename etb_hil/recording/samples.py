@@ -16,7 +16,7 @@ LOSS_UNKNOWN = -1
 
 
 # Not frozen: a bench in lock-step makes thousands of them a second, and freezing trebles what one costs.
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class SampleBlock:
     """Samples of some roles that one source took at the same instants.
 
