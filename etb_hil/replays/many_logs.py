@@ -6,6 +6,7 @@ One bad log costs only itself, and interrupted work goes on where it stopped.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import time
 import warnings
@@ -13,17 +14,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from etb_hil import __version__
-from etb_hil.base.errors import EtbHilError, InputError
+from etb_hil.base.errors import EtbHilError, InputError, Problem
 from etb_hil.base.files import make_folder, refused_by_name
-from etb_hil.base.userfile import digest, open_file, read_bytes
+from etb_hil.base.userfile import open_file, read_bytes
 from etb_hil.replays.log_frames import Frames
 from etb_hil.replays.log_replay import SEGMENT_S, LogJob, judge_segments
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, Outcome, as_json, from_json, part_of, together
 from etb_hil.replays.progress import Watch
 from etb_hil.replays.session_replay import RuleFiles, replay
+from etb_hil.session.dependencies import MadeBy, state_of_log, state_of_session, this_process
 from etb_hil.session.differences import compare_with_live
-from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
+from etb_hil.session.session import MANIFEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -42,12 +43,14 @@ class Task:
 
     All paths are absolute.
 
-    `key` tells it from all others, and from itself once one of its files has changed.
+    `key` tells it from all others, and from itself once one of its files or the code that judges has changed. That
+    code is `made_by`.
     """
 
     source: Path
     rules: RuleFiles | None
     key: str
+    made_by: MadeBy
     model: Path | None = None
     limits: Path | None = None
     observer: str | None = None
@@ -73,45 +76,26 @@ def tasks_for(
     so.
     """
     model, limits = (path.absolute() if path else None for path in (model, limits))
+    code = this_process()
+    options = repr((code, segment_s, window, observer)).encode()
     own = [read_bytes(path) if path else b"" for path in (model, limits)]
-    judged_by = [
-        (rules.absolute(), channel, f"{channel} {[entry.sha256 for entry in rules.inputs()]}")
+    judged_by: list[tuple[RuleFiles | None, int | None, bytes]] = [
+        (
+            rules.absolute(),
+            channel,
+            repr((channel, [entry.sha256 for entry in rules.inputs()], rules.observer)).encode(),
+        )
         for rules, channel in units
     ]
     found = {}
     for source in (path.absolute() for path in sources):
         is_session = (source / MANIFEST).is_file()
-        what = [f"{source} {__version__} {segment_s} {window} {observer}", *_state(source, is_session=is_session)]
-        for rules, channel, unit in [(None, None, "")] if is_session else judged_by:
-            key = hashlib.sha256(b"\0".join([*(text.encode() for text in (*what, unit)), *own])).hexdigest()[:24]
-            found[key] = Task(source, rules, key, model, limits, observer, segment_s, channel, window)
+        state = state_of_session(source) if is_session else state_of_log(source)
+        for rules, channel, unit in [(None, None, b"")] if is_session else judged_by:
+            what = b"\0".join([os.fsencode(source), options, *state, unit, *own])
+            key = hashlib.sha256(what).hexdigest()[:24]
+            found[key] = Task(source, rules, key, code, model, limits, observer, segment_s, channel, window)
     return list(found.values())
-
-
-def _state(source: Path, *, is_session: bool) -> list[str]:
-    """Return what changes when a source does.
-
-    Of logs that is size and time, which is quick, of what is small the digest.
-    """
-    if not is_session:
-        return [_size_and_time(source)]
-    small = [source / MANIFEST, source / EVENTS, *sorted((source / "inputs").glob("*"))]
-    return [_size_and_time(source / RAW_LOG), *(f"{path.name} {_digest(path)}" for path in small)]
-
-
-def _size_and_time(path: Path) -> str:
-    try:
-        state = path.stat()
-    except OSError:
-        return "cannot be read"
-    return f"{state.st_size} {state.st_mtime_ns}"
-
-
-def _digest(path: Path) -> str:
-    try:
-        return digest(path)
-    except InputError:
-        return "cannot be read"
 
 
 def judge_many(
@@ -194,6 +178,7 @@ def _about(task: Task, status: str) -> Outcome:
 
 def _judged(task: Task) -> Outcome:
     about = _about(task, JUDGED)
+    _require_same_code(task)
     if task.rules is None:
         finished = replay(task.source, task.model, task.limits, task.window, task.observer)
         part, differs = part_of(finished, finished.record.start_ns), None
@@ -208,3 +193,13 @@ def _judged(task: Task) -> Outcome:
         part_of(finished, frames.start_ns or 0) for finished in judge_segments(job, frames, round(task.segment_s * 1e9))
     ]
     return replace(about, judged=together(parts), segments=len(parts), notes="\n".join(frames.notes))
+
+
+def _require_same_code(task: Task) -> None:
+    """Refuse to judge by other code than the task's key names.
+
+    A plug-in may be edited while the work goes on, and a worker of a cluster may have other versions.
+    """
+    if other := task.made_by.difference(this_process()):
+        what = f"the process that reads the logs has other versions or plug-ins than the one that asked: {other}"
+        raise InputError(Problem(what, remedy="give all workers the same ones, and replay again"))

@@ -14,6 +14,7 @@ from etb_hil.base.errors import InputError, shortened
 from etb_hil.base.outcome import ExitCode
 from etb_hil.results import shown
 from etb_hil.results.json_file import result_as_dict
+from etb_hil.session.dependencies import made_by
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,12 +129,9 @@ def _compared(finished: Finished) -> tuple[str | None, ExitCode]:
     except InputError as error:
         return str(error), ExitCode.BAD_INPUT
     found = _difference(result_as_dict(live), result_as_dict(finished.results), "")
-    is_other = found is not None and _made_by(live) == _made_by(finished.results)
+    same_code = made_by(live.versions, live.plugins) == made_by(finished.results.versions, finished.results.plugins)
+    is_other = found is not None and same_code
     return found, ExitCode.INCONCLUSIVE if is_other else ExitCode.DONE
-
-
-def _made_by(results: RunResult) -> object:
-    return results.versions, results.plugins
 
 
 def _difference(before: object, now: object, key: str) -> str | None:

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
+import platform
 import re
 import shutil
 import signal
@@ -21,6 +22,7 @@ import numpy as np
 import pytest
 from whole_run import run_on
 
+from etb_hil import plugins
 from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.bench.unit_reasons import UNIT_REASONS
 from etb_hil.canio.frames import concatenate_frames
@@ -394,12 +396,94 @@ def test_a_missing_log_is_an_outcome_and_is_tried_again(live, tmp_path):
 
 def test_a_session_is_new_work_when_one_of_its_files_changed(live, tmp_path):
     folder = shutil.copytree(live.session.folder, tmp_path / "session")
+    shutil.copytree(live.session.folder, folder / "attempts" / "1")
     keys = {tasks_for([folder], [], None, None)[0].key}
-    for name in ("events.jsonl", f"inputs/{live.session.input_path('limits').name}"):
+    names = [
+        "session.json", "events.jsonl", "results.json", "SHA256SUMS", "raw.blf",
+        f"inputs/{live.session.input_path('limits').name}",
+        "attempts/1/session.json", "attempts/1/results.json", "attempts/1/SHA256SUMS",
+    ]  # fmt: skip
+    for name in names:
         with (folder / name).open("a") as file:
             file.write("\n")
         keys.add(tasks_for([folder], [], None, None)[0].key)
-    assert len(keys) == 3
+    assert len(keys) == 1 + len(names)
+
+
+def test_results_that_were_changed_after_a_first_judgement_are_no_pass(tmp_path):
+    passed = run_on(tmp_path, unit="default").session.folder
+    asked = ["replay", str(passed), "--jobs", "1", "--out", str(tmp_path / "out")]
+    assert command_line(asked) == 0
+    results = passed / "results.json"
+    results.write_text(results.read_text("utf-8").replace('"pass"', '"fail"'), "utf-8")
+    assert command_line(asked) == 4
+
+
+PEAK = """
+from etb_hil.plugins.measurements import Estimate, MeasurementKind
+
+def compute(run):
+    return Estimate({0}, {0} - 0.1, {0} + 0.1)
+
+MEASUREMENT = MeasurementKind(
+    id="peak_current", name="peak current", unit="A", compute=compute, order=300, source="constant", too_high="look"
+)
+"""
+
+
+@pytest.fixture
+def peak(tmp_path):
+    """Return what loads a plug-in that measures the given value, in place of the one before."""
+    path = tmp_path / "peak.py"
+
+    def loaded(value):
+        for one in plugins.loaded():
+            plugins.unload(one.file)
+        path.write_text(PEAK.format(value), "utf-8")
+        plugins.load(path)
+
+    yield loaded
+    for one in plugins.loaded():
+        plugins.unload(one.file)
+
+
+def test_an_edited_plug_in_judges_again(live, peak, tmp_path):
+    values = []
+    for value in (1.0, 5.0, 1.0):
+        peak(value)
+        tasks = tasks_for([live.session.raw_log], [(rule_files(live.session), None)], None, None)
+        (outcome,) = judge_many(tasks, tmp_path / "out", one_after_the_other)
+        values.append(outcome.judged.measurements["peak_current"][0])
+    assert values == [1.0, 5.0, 1.0]
+    assert (tmp_path / "out" / PROGRESS).read_text().count('"outcome"') == 2  # what was judged before is used again
+
+
+def test_frames_that_sqlite_keeps_beside_a_log_are_new_work(live, tmp_path):
+    log, rules = tmp_path / "log.db", [(rule_files(live.session), None)]
+    log.write_bytes(b"frames")
+    before = tasks_for([log], rules, None, None)[0].key
+    (tmp_path / "log.db-wal").write_bytes(b"more frames")
+    assert tasks_for([log], rules, None, None)[0].key != before
+
+
+def test_another_version_of_a_library_judges_again(live, monkeypatch):
+    def keys():
+        return [task.key for task in tasks_for([live.session.folder, live.session.raw_log], rules, None, None)]
+
+    rules = [(rule_files(live.session), None)]
+    before = keys()
+    assert keys() == before
+    monkeypatch.setattr(platform, "python_version", lambda: "3.99.0")
+    assert not {*keys()} & {*before}
+
+
+def test_a_worker_with_other_code_judges_nothing(live, peak):
+    tasks = tasks_for([live.session.folder, live.session.raw_log], [(rule_files(live.session), None)], None, None)
+    peak(1.0)
+    for task in tasks:
+        outcome = judge_task(task)
+        assert outcome.status == REFUSED
+        assert re.search("other versions or plug-ins than the one that asked: peak.py; give all workers", outcome.error)
 
 
 def test_what_of_a_session_could_not_be_read_stands_in_its_row(live, tmp_path):
