@@ -39,7 +39,7 @@ BENCH_REASONS = {
         "Check with the supply off whether the plate moves freely by hand.",
     ),
     "cut_short": Wording(
-        "The run was cut short: its end was never written.", "Check that the drive is off, then repeat the test."
+        "The run was cut short before it left results.", "Check that the drive is off, then repeat the test."
     ),
     "frames_stopped": Wording(
         "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."

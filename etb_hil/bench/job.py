@@ -283,6 +283,8 @@ def _attempt(
         ).run()
         found = analysis.finish(complete=record.is_complete)
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
+        events.close()
+        log.close()  # which completes its header: the checksums are of files that nobody writes to any more
         session.write_results(results)
         run_id = session.run_id if attempt == 1 else f"{session.run_id}_attempt-{attempt}"
         warnings = (*keep_photos(session.folder, record.answers), *_queued(session, results, run_id))

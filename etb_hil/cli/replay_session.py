@@ -10,6 +10,7 @@ from etb_hil.cli.replay_options import against_baseline, baseline_of, own_rules,
 from etb_hil.replays.session_replay import replay
 from etb_hil.report.verdict import verdict_text
 from etb_hil.session.differences import changes, changes_text, compare_with_live, first_divergence
+from etb_hil.session.record import CUT_SHORT
 
 if TYPE_CHECKING:
     import argparse
@@ -37,7 +38,7 @@ def _compared(options: argparse.Namespace, finished: Finished) -> int:
     if options.against:
         return compared(options, finished)
     if not finished.session.has_results and not other:
-        finished.session.write_results(finished.results)
+        finished.session.write_results(finished.results, has_ended=finished.record.reason_id != CUT_SHORT)
         say("", "The run was cut short before it left results; these are in its folder now.")
     elif not finished.session.has_results:
         say("", "The run was cut short before it left results: there is nothing to compare with.")

@@ -20,8 +20,9 @@ from etb_hil.scenario.judged_limits import load_judged_limits
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts
+from etb_hil.session.checksum import CHANGED
 from etb_hil.session.finished import Finished
-from etb_hil.session.record import read_record
+from etb_hil.session.record import CUT_SHORT, read_record
 from etb_hil.session.session import Session, open_session
 
 if TYPE_CHECKING:
@@ -144,7 +145,9 @@ def judged_under(folder: Path, model: Model, limits: Limits) -> DiagnosisResult:
 
 
 def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunRecord, Analysis, DiagnosisResult]:
-    record = read_record(session.events)
+    record = read_record(session.events)  # which names a damaged line, before a checksum says that the file was changed
+    if not session.end_is_known():
+        record = read_record(session.events, end_is_known=False)
     analysis = Analysis(
         rules.setup.dialect,
         rules.model,
@@ -159,6 +162,8 @@ def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunR
     log = read_blf(session.raw_log)
     for frames in within(log, window, session.raw_log):
         analysis.push(frames)
+    if record.reason_id != CUT_SHORT and session.frames_are_changed():
+        log.notes.append(f"{session.raw_log}: {CHANGED}")
     analysis.recording.notes += log.notes
     return record, analysis, analysis.finish(complete=record.is_complete and not log.notes)
 

@@ -1,41 +1,93 @@
-"""The checksum of a session's results, in the form of `sha256sum`.
+"""The checksums of a session's files, in the form of `sha256sum`.
 
-Results that were changed later are not believed.
+They cover the results, and what a run that has ended left on the disk. Files that were changed later are not believed.
 """
 
 from __future__ import annotations
 
+import hashlib
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.files import refused_by_name, write_text
+from etb_hil.base.files import write_text
 from etb_hil.base.userfile import digest, read_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
 SUMS = "SHA256SUMS"
+CHANGED = f"was changed after the run: {SUMS} has another checksum"
 
 
-def write_checked(path: Path, text: str, remedy: str) -> Path:
-    """Write a file whole or not at all, then its checksum beside it.
+class Sum(StrEnum):
+    """What the checksums say of a file."""
 
-    InputError where one cannot be written.
+    RIGHT = "right"
+    WRONG = "wrong"
+    NONE = "none"
+
+
+def write_checked(path: Path, text: str, covered: Iterable[Path], remedy: str) -> Path:
+    """Write a file whole or not at all, its checksum before it.
+
+    The other files `covered` lie beside it and get a checksum, too, as they are now. Whatever ends this half-way leaves
+    no file without a checksum: until the new file is there, that of an earlier one stays. InputError where one cannot
+    be written.
     """
     sums = path.parent / SUMS
-    with refused_by_name(sums, remedy):
-        sums.unlink(missing_ok=True)  # never the checksum of an earlier file, should this end half-way
+    new = [
+        _line(hashlib.sha256(text.encode()).hexdigest(), path),
+        *(_line(digest(one), one) for one in covered),
+    ]
+    earlier = [_line(found, path) for found in _sums_of(path)] if path.exists() else []
+    write_text(sums, "".join([*new, *earlier]), remedy)
     write_text(path, text, remedy)
-    write_text(sums, f"{digest(path)}  {path.name}\n", remedy)
+    if earlier:
+        write_text(sums, "".join(new), remedy)
     return path
+
+
+def sum_of(path: Path) -> Sum:
+    """Return what the checksums beside a file say of it; InputError where one cannot be read."""
+    known = _sums_of(path)
+    if not known:
+        return Sum.NONE
+    return Sum.RIGHT if digest(path) in known else Sum.WRONG
+
+
+def require_sums(folder: Path) -> None:
+    """Raise InputError where a folder has no checksums."""
+    if not (folder / SUMS).exists():
+        what = "is missing: nothing tells whether the session is as the run left it"
+        remedy = "restore it from a copy of the session, or judge its raw.blf as a log"
+        raise InputError(Problem(what, Place(folder / SUMS), remedy=remedy))
 
 
 def require_unchanged(path: Path) -> None:
     """Raise InputError where a file is not the one that its checksum was made of.
 
-    A file without a checksum, as earlier versions left it, is believed.
+    Without any checksums beside it, it is believed: earlier versions wrote none.
     """
+    if (path.parent / SUMS).exists() and sum_of(path) is not Sum.RIGHT:
+        raise changed(path)
+
+
+def changed(path: Path) -> InputError:
+    """Return the error of a file that is not the one that its checksum was made of."""
+    return InputError(Problem(CHANGED, Place(path), remedy="restore it from a copy of the session"))
+
+
+def _line(sha256: str, path: Path) -> str:
+    return f"{sha256}  {path.name}\n"
+
+
+def _sums_of(path: Path) -> list[str]:
+    """Return the checksums that stand beside a file for it, mostly one or none."""
     sums = path.parent / SUMS
-    if sums.exists() and read_bytes(sums) != f"{digest(path)}  {path.name}\n".encode():
-        remedy = "restore it, or delete it and replay the session"
-        raise InputError(Problem(f"was changed after the run: {SUMS} has another checksum", Place(path), remedy=remedy))
+    if not sums.exists():
+        return []
+    lines = read_bytes(sums).decode("utf-8", "replace").splitlines()
+    entries = [line.split("  ", 1) for line in lines]
+    return [entry[0] for entry in entries if len(entry) > 1 and entry[1] == path.name]

@@ -19,7 +19,9 @@ from etb_hil.session.events import Event, read_events
 if TYPE_CHECKING:
     from pathlib import Path
 
-CUT_SHORT = "the run was cut short: its end was never written"
+CUT_SHORT = "cut_short"
+_NO_END = "the run was cut short: its end was never written"
+_NO_SUM = "no checksum covers its end"
 
 
 class PhaseEnd(StrEnum):
@@ -102,26 +104,27 @@ class RunRecord:
         return plain
 
 
-def read_record(path: Path) -> RunRecord:
+def read_record(path: Path, *, end_is_known: bool = True) -> RunRecord:
     """Return the record that a session's events tell.
 
-    InputError where their file is damaged.
+    A run without an end, or whose end is not known to be that of the run, was cut short. InputError where their file is
+    damaged.
     """
     events = read_events(path)  # which says what is wrong with a line
     try:
-        return _record_of(events)
+        return _record_of(events, end_is_known=end_is_known)
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise InputError(
             Problem(f"is damaged: {error!r}", Place(path), remedy="restore it from a copy of the session")
         ) from None
 
 
-def _record_of(events: Iterable[Event]) -> RunRecord:
+def _record_of(events: Iterable[Event], *, end_is_known: bool) -> RunRecord:
     """Return the record that the events of a run tell.
 
     A run without an end is a bench fault.
     """
-    record = RunRecord(outcome=BenchOutcome.FAULT, reason_id="cut_short", reason=CUT_SHORT)
+    record = RunRecord(outcome=BenchOutcome.FAULT, reason_id=CUT_SHORT, reason=_NO_END)
     for event in events:
         details = event.details
         if event.event == "start":
@@ -138,6 +141,8 @@ def _record_of(events: Iterable[Event]) -> RunRecord:
             record.answers.append(of_stated_types(Answered(**said, **entered, stamp_ns=event.stamp_ns)))
         elif event.event == "unit_diagnostics":
             record.diagnostics = diagnostics_from(details)
+        elif event.event == "end" and not end_is_known:
+            record.reason = _NO_SUM
         elif event.event == "end":
             details["outcome"] = BenchOutcome(details["outcome"])
             details["safe_state"] = SafeState(details["safe_state"])

@@ -22,7 +22,8 @@ from etb_hil.base.stated_types import of_stated_types
 from etb_hil.base.userfile import read_bytes
 from etb_hil.results.json_file import result_as_dict, result_from_dict
 from etb_hil.results.run_result import InputFile, RunResult
-from etb_hil.session.checksum import require_unchanged, write_checked
+from etb_hil.session.checksum import Sum, changed, require_sums, require_unchanged, sum_of, write_checked
+from etb_hil.session.record import CUT_SHORT
 
 RAW_LOG = "raw.blf"
 EVENTS = "events.jsonl"
@@ -36,7 +37,8 @@ BEFORE_IT_WAS_NAMED = "angle"  # the observer of sessions that do not name their
 class Session:
     """An opened session folder.
 
-    Scenario, model, observer and seed as far as the session keeps them.
+    Scenario, model, observer and seed as far as the session keeps them. A session that `has_sums` is of a version that
+    writes checksums of all that a judgement reads.
     """
 
     folder: Path
@@ -49,6 +51,7 @@ class Session:
     seed: int | None = None
     observer: str = BEFORE_IT_WAS_NAMED
     plugins: tuple[Plugin, ...] = ()
+    has_sums: bool = False
 
     def input_path(self, kind: str) -> Path:
         """Return the session's own copy of an input.
@@ -70,14 +73,18 @@ class Session:
         """Path of the events."""
         return self.folder / EVENTS
 
-    def write_results(self, results: RunResult) -> Path:
+    def write_results(self, results: RunResult, *, has_ended: bool = True) -> Path:
         """Write `results.json` whole or not at all, and its checksum.
 
-        RecordingFault where that fails.
+        Where the run `has_ended`, its events, frames and manifest get checksums, too. RecordingFault where that fails.
         """
+        of_run = (self.folder / MANIFEST, self.events, self.raw_log) if has_ended else ()
+        covered = [path for path in of_run if path.exists()]
         text = json.dumps(result_as_dict(results), indent=1, ensure_ascii=False) + "\n"
         try:
-            return write_checked(self.folder / RESULTS, text, "make room, then judge the session again by a replay")
+            return write_checked(
+                self.folder / RESULTS, text, covered, "make room, then judge the session again by a replay"
+            )
         except InputError as error:
             raise RecordingFault(str(error)) from None
 
@@ -92,10 +99,38 @@ class Session:
     def read_results(self) -> RunResult:
         """Return what `results.json` holds.
 
-        InputError where the run left none, or it is damaged or was changed.
+        InputError where the run left none, or it is damaged or was changed, or its checksum is missing.
         """
+        if self.has_sums and self.has_results:
+            require_sums(self.folder)
         require_unchanged(self.folder / RESULTS)
         return self.read_results_unchecked()
+
+    def end_is_known(self) -> bool:
+        """Return whether it is known how the run ended: a checksum covers the events.
+
+        Of an earlier version, which wrote none, results stand for it. A run without results was cut short, or lost
+        power as it wrote them. InputError where events or manifest of a run with results are not those of then.
+        """
+        if not self.has_sums:
+            return self.has_results and not self._says_cut_short()
+        if self.has_results:
+            require_sums(self.folder)
+        sums = {path: sum_of(path) for path in (self.folder / MANIFEST, self.events)}
+        wrong = [path for path, found in sums.items() if found is Sum.WRONG]
+        if wrong and self.has_results:
+            raise changed(wrong[0])
+        return all(found is Sum.RIGHT for found in sums.values())
+
+    def _says_cut_short(self) -> bool:
+        try:
+            return self.read_results_unchecked().bench.reason_id == CUT_SHORT
+        except InputError:  # a comparison says what is wrong with them
+            return False
+
+    def frames_are_changed(self) -> bool:
+        """Return whether the raw frames are not those that the run left."""
+        return self.has_sums and sum_of(self.raw_log) is not Sum.RIGHT
 
     def read_results_unchecked(self) -> RunResult:
         """Return what `results.json` holds now, to be compared with a replay."""
@@ -141,7 +176,9 @@ def create(
         for entry in entries:
             write_bytes(folder / "inputs" / entry.name, contents[entry.kind], remedy)
         started = now.isoformat(timespec="milliseconds")
-        session = Session(folder, folder.name, serial, started, entries, scenario, model, seed, observer, plugins())
+        session = Session(
+            folder, folder.name, serial, started, entries, scenario, model, seed, observer, plugins(), has_sums=True
+        )
         manifest = {
             "schema": SCHEMA,
             "run_id": session.run_id,
@@ -152,8 +189,10 @@ def create(
             "seed": seed,
             "observer": observer,
             "inputs": [
-                {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])} for e in entries
+                {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])}
+                for e in entries
             ],
+            "has_sums": True,
             "versions": versions(),
             "plugins": [asdict(plugin) for plugin in session.plugins],
         }
@@ -179,7 +218,8 @@ def open_session(folder: Path) -> Session:
             of_stated_types(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]))
             for e in manifest["inputs"]
         )
-        told = {key: manifest[key] for key in ("scenario", "model", "seed", "observer") if key in manifest}
+        kept = ("scenario", "model", "seed", "observer", "has_sums")
+        told = {key: manifest[key] for key in kept if key in manifest}
         parts = tuple(_plugin(entry) for entry in manifest.get("plugins", ()))
         made = Session(
             folder,

@@ -1,6 +1,7 @@
 """A replay says what is wrong with a session, and never judges by files that somebody changed."""
 
 import json
+import shutil
 
 import pytest
 from whole_run import run_on
@@ -8,6 +9,7 @@ from whole_run import run_on
 from etb_hil.base.errors import InputError
 from etb_hil.cli.main import main
 from etb_hil.replays.session_replay import replay
+from etb_hil.session.session import open_session
 
 
 @pytest.fixture
@@ -63,3 +65,38 @@ def test_of_another_number_of_phases_the_numbers_are_said_alone(tmp_path, capsys
     results.write_text(json.dumps(live))
     assert main(["replay", str(session.folder)]) == 4
     assert f"Differs from live: phases: {now + 1} of them live, {now} now" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.fixture(scope="module")
+def passed(tmp_path_factory):
+    return run_on(tmp_path_factory.mktemp("sessions")).session.folder
+
+
+def test_an_end_that_was_appended_makes_no_pass_of_a_killed_run(passed, tmp_path, capsys):
+    folder = shutil.copytree(passed, tmp_path / "session")
+    for name in ("results.json", "SHA256SUMS"):
+        (folder / name).unlink()
+    for more in ([], [], ["--limits", "default"], ["--jobs", "1", "--out", str(tmp_path / "out")]):
+        assert main(["replay", str(folder), *more]) == 3
+        said = " ".join(capsys.readouterr().out.split())
+        assert "1 bench fault" in said if "--jobs" in more else "no checksum covers its end" in said
+    assert open_session(folder).read_results().bench.reason_id == "cut_short"
+
+
+def test_power_lost_as_the_results_were_written_costs_no_verdict(passed, tmp_path):
+    folder = shutil.copytree(passed, tmp_path / "session")
+    live = open_session(folder).read_results()
+    (folder / "results.json").unlink()
+    assert main(["replay", str(folder)]) == 0
+    assert open_session(folder).read_results() == live
+    assert main(["replay", str(folder)]) == 0
+
+
+def test_frames_that_were_changed_are_no_pass(passed, tmp_path, capsys):
+    folder = shutil.copytree(passed, tmp_path / "session")
+    raw = bytearray((folder / "raw.blf").read_bytes())
+    raw[11] ^= 1  # the version of the application that wrote it: the frames are the same
+    (folder / "raw.blf").write_bytes(raw)
+    for more in ([], ["--limits", "default"]):
+        assert main(["replay", str(folder), *more]) == 4
+        assert "raw.blf: was changed after the run" in " ".join(capsys.readouterr().out.split())

@@ -1,10 +1,11 @@
 """Sessions and events: nothing is lost, nothing leaves the folder, what is broken is named."""
 
 import json
+from pathlib import Path
 
 import pytest
 
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, RecordingFault
 from etb_hil.base.outcome import BenchOutcome, SafeState
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.events import EventLog, read_events
@@ -42,6 +43,92 @@ def test_results_are_written_and_read_back(tmp_path, scenario):
     results = RunResult(session.run_id, Unit(None), Bench(BenchOutcome.OK), duration_s=0.1 + 0.2)
     session.write_results(results)
     assert session.read_results() == results
+
+
+@pytest.fixture
+def ended(tmp_path_factory, scenario):
+    """Return the session of a run that ended, with made-up results."""
+    session = create(tmp_path_factory.mktemp("made_up"), "a", "", {"scenario": scenario})
+    session.raw_log.write_bytes(b"frames")
+    log = EventLog(session.events)
+    log.add(5, "start")
+    log.add(90, "end", **RunRecord(5, 90).details())
+    log.close()
+    session.write_results(RunResult(session.run_id, Unit(None), Bench(BenchOutcome.OK)))
+    return open_session(session.folder)
+
+
+def test_the_end_of_a_run_is_known_by_the_checksum_of_its_events(ended):
+    assert ended.end_is_known()
+    assert not ended.frames_are_changed()
+    results = (ended.folder / "results.json").read_bytes()
+    (ended.folder / "results.json").unlink()  # as after a power loss between checksums and results
+    assert ended.end_is_known()
+    sums = (ended.folder / "SHA256SUMS").read_bytes()
+    (ended.folder / "SHA256SUMS").unlink()
+    assert not ended.end_is_known()
+    (ended.folder / "results.json").write_bytes(results)
+    for ask in (ended.end_is_known, ended.read_results):
+        with pytest.raises(InputError, match=r"SHA256SUMS: is missing: nothing tells .*; restore it from a copy"):
+            ask()
+    (ended.folder / "SHA256SUMS").write_bytes(sums)
+    assert ended.end_is_known()
+
+
+@pytest.mark.parametrize("name", ["events.jsonl", "session.json"])
+def test_what_a_run_left_is_refused_once_it_was_changed(ended, name):
+    with (ended.folder / name).open("a") as file:
+        file.write("\n")
+    with pytest.raises(InputError, match=f"{name}: was changed after the run"):
+        ended.end_is_known()
+    (ended.folder / "results.json").unlink()
+    assert not ended.end_is_known()
+
+
+def test_changed_frames_are_known(ended):
+    ended.raw_log.write_bytes(b"other frames")
+    assert ended.frames_are_changed()
+    assert ended.end_is_known()
+
+
+def test_results_of_a_run_without_an_end_bring_no_checksum_of_its_events(ended):
+    (ended.folder / "SHA256SUMS").unlink()
+    results = RunResult(ended.run_id, Unit(None), Bench(BenchOutcome.FAULT, "cut_short"))
+    ended.write_results(results, has_ended=False)
+    assert ended.read_results() == results
+    assert not ended.end_is_known()
+
+
+def test_results_are_written_again_without_a_moment_in_which_they_have_no_checksum(ended, monkeypatch):
+    def refused(path, *_):
+        if path.name.endswith("results.json"):
+            raise OSError(28, "No space left on device")
+        return write_bytes(path, *_)
+
+    write_bytes = Path.write_bytes
+    before = ended.read_results()
+    monkeypatch.setattr(Path, "write_bytes", refused)
+    other = RunResult(ended.run_id, Unit(None, "other"), Bench(BenchOutcome.OK))
+    with pytest.raises(RecordingFault, match=r"results\.json: cannot be written: No space left"):
+        ended.write_results(other)
+    assert ended.read_results() == before
+    monkeypatch.undo()
+    ended.write_results(other)
+    assert ended.read_results() == other
+    assert (ended.folder / "SHA256SUMS").read_text().count("results.json") == 1
+
+
+def test_a_session_of_an_earlier_version_is_believed(ended):
+    manifest = json.loads((ended.folder / "session.json").read_text())
+    del manifest["has_sums"]
+    (ended.folder / "session.json").write_text(json.dumps(manifest))
+    (ended.folder / "SHA256SUMS").unlink()
+    earlier = open_session(ended.folder)
+    assert earlier.end_is_known()
+    assert not earlier.frames_are_changed()
+    assert earlier.read_results().unit == Unit(None)
+    (ended.folder / "results.json").unlink()
+    assert not earlier.end_is_known()
 
 
 @pytest.mark.parametrize("change", [{"schema": "other"}, {"inputs": [{"kind": "a", "name": "../x", "sha256": ""}]}])
@@ -93,6 +180,21 @@ def test_a_run_without_an_end_is_a_bench_fault(tmp_path):
     assert record.reason_id == "cut_short"
     assert record.phases == [PhaseTime("home", "home", 10)]
     assert record.safe_state is SafeState.NOT_VERIFIED
+
+
+def test_an_end_that_no_checksum_covers_is_no_end(tmp_path):
+    path = tmp_path / "events.jsonl"
+    log = EventLog(path)
+    log.add(5, "start")
+    log.add(10, "phase", id="home", kind="home")
+    log.add(90, "end", **RunRecord(5, 90).details())
+    log.close()
+    assert read_record(path).outcome is BenchOutcome.OK
+    record = read_record(path, end_is_known=False)
+    assert (record.outcome, record.reason_id, record.end_ns) == (BenchOutcome.FAULT, "cut_short", 90)
+    assert "no checksum covers its end" in record.reason
+    assert record.safe_state is SafeState.NOT_VERIFIED
+    assert not record.is_complete
 
 
 def test_a_broken_event_in_the_middle_is_named(tmp_path):

@@ -91,8 +91,10 @@ MOMENTS = {  # and how many of the four phases have ended by then
     "asking": (at_call(Unattended, "ask"), 2),
     "asked": (at_event("prompt"), 2),
     "drive off": (at_event("safe_stop"), 4),
-    "before the results": (at_call(Path, "write_bytes", FILES + 1), 4),
-    "half the results": (at_call(Path, "replace", FILES + 1), 4),
+    "before the checksums": (at_call(Path, "write_bytes", FILES + 1), 4),
+    "half the checksums": (at_call(Path, "replace", FILES + 1), 4),
+    "before the results": (at_call(Path, "write_bytes", FILES + 2), 4),
+    "half the results": (at_call(Path, "replace", FILES + 2), 4),
     "before it waits for the store": (at_call(Queue, "add"), 4),
     "in the store's transaction": (at_call(queue, "read_bytes", 2), 4),  # the first one reads the run that waits
     "in the store, and waiting": (after_call(queue, "write_run"), 4),
@@ -102,13 +104,13 @@ MOMENTS = {  # and how many of the four phases have ended by then
     "taking away the first attempt": (
         at_call(Path, "unlink", FILES + 4),
         4,
-    ),  # after the temporary names of manifest, results and waiting run
+    ),  # after the temporary names of checksums, results and waiting run
 }
 
 
 # attempts of the killed run whose results were written, and wait for the store or are in it
 STORED = {
-    "closing the log": 1, "before the second attempt": 1, "naming the first attempt": 1,
+    "before the second attempt": 1, "naming the first attempt": 1,
     "taking away the first attempt": 1, "in the store's transaction": 2, "in the store, and waiting": 2,
 }  # fmt: skip
 
@@ -144,6 +146,9 @@ def test_what_is_left_is_whole_and_the_next_run_goes_on(job, tmp_path, moment):
     phases = [event.details["id"] for event in read_events(whole / "events.jsonl") if event.event == "phase_end"]
     assert len(phases) == ended
     again = replay(whole)
+    has_sums = (whole / "SHA256SUMS").exists()  # they cover the end of a run, and are written right before its results
+    assert again.record.is_complete == has_sums
+    assert has_sums or moment not in {"before the results", "half the results"}
     assert again.results.unit.verdict == ("inconclusive" if again.record.is_complete else None)
     if again.session.has_results:
         assert first_difference(again) is None

@@ -88,7 +88,28 @@ def test_results_are_checked_by_the_common_tool_and_those_of_earlier_versions_ar
     with pytest.raises(InputError, match="another checksum"):
         open_session(folder).read_results()
     (folder / "SHA256SUMS").unlink()
+    changed("session.json", lambda text: text.replace(' "has_sums": true,\n', ""))
     assert open_session(folder).read_results().unit.serial == ""
+
+
+@pytest.mark.parametrize("command", [["history"], ["baseline"], ["replay"]])
+def test_results_whose_checksum_was_deleted_are_not_believed(changed, capsys, command):
+    folder = changed("results.json", lambda text: text.replace('"serial": ""', '"serial": "another"'))
+    changed("SHA256SUMS", lambda text: text)
+    (folder / "SHA256SUMS").unlink()
+    assert main([*command, str(folder)]) == 2
+    assert "SHA256SUMS: is missing" in capsys.readouterr().err
+
+
+def test_the_checksums_cover_all_that_a_run_left(folder):
+    lines = (folder / "SHA256SUMS").read_text().splitlines()
+    assert {line.split()[1] for line in lines} == {"results.json", "session.json", "events.jsonl", "raw.blf"}
+
+
+def test_events_that_were_changed_are_not_believed(changed, capsys):
+    folder = changed("events.jsonl", lambda text: text.replace('"start"', '"start", "by": "another"'))
+    assert main(["replay", str(folder)]) == 2
+    assert "events.jsonl: was changed after the run" in capsys.readouterr().err
 
 
 def test_a_folder_in_the_store_s_place_is_named(tmp_path):
