@@ -14,7 +14,7 @@ from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.job import JobFiles, bench_store
 from etb_hil.cli.batch import checked_serial
-from etb_hil.histories.runs import run_of_results, runs_at
+from etb_hil.histories.runs import deciding_runs, run_of_results
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench, stamped_later
 from etb_hil.station.station_file import load_station
 from etb_hil.store.address import StoreAddress, store_address
@@ -145,7 +145,7 @@ class Desk:
     def _runs(self, serial: str) -> list[Run]:
         golden = self.document.content.golden
         serials = (serial,) if golden is None else (serial, golden.serial)
-        return runs_at(self.sessions, self.store, Selection(serials=serials))
+        return deciding_runs(self.sessions, self.store, Selection(serials=serials))
 
 
 def _as_bench_fault(results: RunResult, reason: str) -> RunResult:

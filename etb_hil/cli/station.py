@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench, load_plugins
     from etb_hil.bench.job import bench_store
-    from etb_hil.histories.runs import runs_at
+    from etb_hil.histories.runs import deciding_runs
     from etb_hil.station.admission import require_fit_bench, stamped_later
     from etb_hil.station.station_file import load_station
     from etb_hil.store.address import store_address
@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     bench = setup.bench.name
     store = bench_store(setup, options.out) if station.store is None else store_address(station.store, document.path)
     serials = () if station.golden is None else (station.golden.serial,)
-    runs = runs_at(options.out, store, Selection(serials=serials))
+    runs = deciding_runs(options.out, store, Selection(serials=serials))
     print(f"{station.name}, bench {bench}")
     for part in station.parts:
         print(f"part      {part.number} revision {part.revision}, approved by {part.approver}")

@@ -10,7 +10,7 @@ from etb_hil.results.run_result import RunResult
 from etb_hil.session.session import MANIFEST, RESULTS, open_session
 from etb_hil.store.address import STORE, StoreAddress
 from etb_hil.store.queue import Queue
-from etb_hil.store.run import Run, run_of, waiting_runs
+from etb_hil.store.run import Run, run_of
 from etb_hil.store.selection import EVERYTHING, Selection
 
 _UNFINISHED = "{} sessions have no results: replay them to have them counted"
@@ -38,11 +38,13 @@ def read_runs(sources: Iterable[Path | StoreAddress], selection: Selection = EVE
     return ordered, notes
 
 
-def runs_at(sessions: Path, store: StoreAddress, selection: Selection) -> list[Run]:
+def runs_at(sessions: Path, store: StoreAddress, selection: Selection, notes: list[str] | None = None) -> list[Run]:
     """Return a bench's past runs: those of its store, and those that wait for it.
 
-    Where a server does not answer, those of the bench's own sessions take the place of the store's.
+    Where a server does not answer, those of the bench's own sessions take the place of the store's. `notes` get what
+    cannot be read.
     """
+    unread: list[str] = [] if notes is None else notes
     runs: list[Run] = []
     if store.is_server or store.path.is_file():
         try:
@@ -50,11 +52,24 @@ def runs_at(sessions: Path, store: StoreAddress, selection: Selection) -> list[R
         except InputError:
             if not store.is_server:
                 raise
-            runs = [run for run in _of_sessions(_sessions(sessions), []) if selection.takes(run)]
+            runs = [*_of_own_sessions(sessions, selection, unread)]
     known = {(run.run_id, run.started) for run in runs}
-    waiting = (run for run in waiting_runs(Queue(sessions).rows()) if selection.takes(run))
+    waiting = (run for run in Queue(sessions).runs(unread) if selection.takes(run))
     runs += [run for run in waiting if (run.run_id, run.started) not in known]
     return sorted(runs, key=lambda run: (run.started, run.run_id))
+
+
+def deciding_runs(sessions: Path, store: StoreAddress, selection: Selection) -> list[Run]:
+    """Return a bench's past runs, as `runs_at` does, to decide by them.
+
+    InputError where one cannot be read that may be among them: it may be the run that decides.
+    """
+    unread: list[str] = []
+    runs = runs_at(sessions, store, selection, unread)
+    if unread:
+        what = "earlier runs cannot be read, so whether a unit may be tested is not known"
+        raise InputError(Problem(what, Place(sessions)), *unread)
+    return runs
 
 
 def _of_source(source: Path | StoreAddress, selection: Selection, notes: list[str]) -> Iterable[Run]:
@@ -77,7 +92,7 @@ def _of_source(source: Path | StoreAddress, selection: Selection, notes: list[st
         return [named] if selection.takes(named) else []
     runs = [run for run in _of_sessions(_sessions(path), notes) if selection.takes(run)]
     stored = _of_store(StoreAddress(path / STORE), selection) if (path / STORE).is_file() else []
-    return [*stored, *(run for run in waiting_runs(Queue(path).rows()) if selection.takes(run)), *runs]
+    return [*stored, *(run for run in Queue(path).runs(notes) if selection.takes(run)), *runs]
 
 
 def _of_store(store: StoreAddress, selection: Selection) -> list[Run]:
@@ -104,6 +119,29 @@ def _of_sessions(folders: Iterable[Path], notes: list[str]) -> Iterator[Run]:
             yield run
     if unfinished:
         notes.append(_UNFINISHED.format(unfinished))
+
+
+def _of_own_sessions(sessions: Path, selection: Selection, unread: list[str]) -> Iterator[Run]:
+    """Yield the selected runs of a bench's own sessions.
+
+    `unread` get what is wrong with a session that may be one of them: its manifest names a serial number, too.
+    """
+    for folder in _sessions(sessions):
+        try:
+            run = _of_session(folder)
+        except InputError as error:
+            if selection.serials is None or _serial_of(folder) in {*selection.serials, None}:
+                unread.append(str(error))
+            continue
+        if run is not None and selection.takes(run):
+            yield run
+
+
+def _serial_of(folder: Path) -> str | None:
+    try:
+        return open_session(folder).serial
+    except InputError:
+        return None
 
 
 def _of_session(folder: Path) -> Run | None:

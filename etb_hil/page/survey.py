@@ -22,7 +22,7 @@ from etb_hil.bench.job import bench_store
 from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.diagnosis.phase_use import RunPhase
-from etb_hil.histories.runs import runs_at
+from etb_hil.histories.runs import deciding_runs
 from etb_hil.scenario.phases import phase_kinds, use_of
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.station.admission import require_fit_bench
@@ -68,10 +68,10 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
     ]
     golden = content.golden
     serials, measured = ((), ()) if golden is None else ((golden.serial,), tuple(golden.expect))
-    runs = runs_at(sessions, store, Selection(serials=serials, measured=measured))
     try:
+        runs = deciding_runs(sessions, store, Selection(serials=serials, measured=measured))
         require_fit_bench(content, setup.bench.name, "", runs, datetime.now(UTC))
-    except BenchFault as fault:
+    except (BenchFault, InputError) as fault:
         found["unfit"] = str(fault)
     return found
 

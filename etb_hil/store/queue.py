@@ -16,19 +16,20 @@ from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.files import make_folder, write_text
-from etb_hil.base.userfile import read_bytes
+from etb_hil.base.userfile import read_bytes, unreadable
 from etb_hil.store.address import QUEUE
 from etb_hil.store.connection import up_to_date
 from etb_hil.store.row_values import CHILDREN, rows_of
+from etb_hil.store.run import Run, waiting_run
 from etb_hil.store.writing import write_run
 
 if TYPE_CHECKING:
     from etb_hil.results.run_result import RunResult
     from etb_hil.store.address import StoreAddress
-    from etb_hil.store.row_values import Row, RunRows
+    from etb_hil.store.row_values import Row
 
 SCHEMA = "etb_hil/waiting_run/1"
-_REFUSALS = (ValueError, TypeError, KeyError, OverflowError)
+_REFUSALS = (ValueError, TypeError, KeyError, OverflowError, RecursionError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +68,26 @@ class Queue:
         """Return the files of the runs that wait, the oldest first."""
         return sorted(path for path in self.folder.glob("*.json") if not path.name.startswith("."))  # half a file
 
-    def rows(self) -> Iterator[RunRows]:
-        """Yield the rows of each run that waits.
+    def runs(self, notes: list[str]) -> Iterator[Run]:
+        """Yield the runs that wait.
 
-        One that just arrived, or is damaged, is left out.
+        One that just arrived is left out. One that cannot be read is left out, too, and `notes` get why.
         """
-        for path in self.paths():
-            with suppress(InputError, *_REFUSALS):
-                yield _read(path)["rows"]
+        try:
+            paths = self.paths() if any(self.folder.iterdir()) else []
+        except FileNotFoundError:  # nothing ever waited here
+            return
+        except OSError as error:
+            notes.append(str(unreadable(self.folder, error)))
+            return
+        for path in paths:
+            try:
+                run = waiting_run(_read(path)["rows"])
+            except (InputError, *_REFUSALS) as error:
+                if path.exists():
+                    notes.append(str(_unreadable(path, error)))
+            else:
+                yield run
 
     def deliver(self, address: StoreAddress) -> Delivered:
         """Write the runs that wait into the store, each once, and let them go.
@@ -112,15 +125,21 @@ class Queue:
         except _REFUSALS as error:
             if not path.exists():
                 return False
-            raise InputError(
-                Problem(f"must hold a run that waits for the store: {error}", Place(path), remedy="move it away")
-            ) from None
+            raise _unreadable(path, error) from None
         except Exception as error:
             if _is_of_this_run(error):
                 raise InputError(Problem(f"the store refuses this run: {error}", Place(path))) from None
             raise
         path.unlink(missing_ok=True)
         return added
+
+
+def _unreadable(path: Path, error: Exception) -> InputError:
+    if isinstance(error, InputError):
+        return error
+    what = f"must hold a run that waits for the store: {type(error).__name__} {error}"
+    remedy = "restore it; once you know the verdict of its session by 'etb-hil replay', you may move it away"
+    return InputError(Problem(what, Place(path), remedy=remedy))
 
 
 def _is_of_this_run(error: Exception) -> bool:

@@ -5,7 +5,7 @@ Who and what, how it came out, and its measurements.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from typing import NamedTuple
@@ -134,10 +134,9 @@ def _number(value: float, *row: *tuple[float | None, float | None, float | None,
     return Measured(float(value), low, high, limit_low, limit_high, row[4])
 
 
-def waiting_runs(rows: Iterable[RunRows]) -> Iterator[Run]:
-    """Yield the runs that wait for a store, from their rows."""
-    for tables in rows:
-        (run,), measured = (tables[name] for name in _READ)
-        entry = [run[name] for name in OF_RUN]
-        numbers = {row["id"]: tuple(row[name] for name in VALUES) for row in measured}
-        yield run_of((*entry[:4],), (*entry[4:7],), (*entry[7:],), numbers)
+def waiting_run(rows: RunRows) -> Run:
+    """Return a run that waits for a store, from its rows."""
+    (run,), measured = (rows[name] for name in _READ)
+    entry = [run[name] for name in OF_RUN]
+    numbers = {row["id"]: tuple(row[name] for name in VALUES) for row in measured}
+    return run_of((*entry[:4],), (*entry[4:7],), (*entry[7:],), numbers)

@@ -274,3 +274,19 @@ def test_tidying_deletes_what_need_not_be_kept(tmp_path, capsys):
     assert f"deleted   {old.folder.name}" in capsys.readouterr().out
     assert not old.folder.exists()
     assert new.folder.is_dir()
+
+
+def test_a_run_that_cannot_be_read_keeps_units_out(tmp_path, capsys):
+    in_store(tmp_path, "GOLD-1")
+    unit = Unit(UnitVerdict.FAIL, "T_st_beyond_limit", serial="ETB-0001", part_number="default-throttle", revision="1")
+    Queue(tmp_path).add(RunResult("failed", unit, Bench(BenchOutcome.OK)), tmp_path / "failed")
+    (path,) = Queue(tmp_path).paths()
+    path.write_text("{", "utf-8")
+    assert command(tmp_path, "--serial", "ETB-0001") == 2
+    said = capsys.readouterr().err
+    assert "earlier runs cannot be read, so whether a unit may be tested is not known" in said
+    assert "failed.json: must hold a run that waits for the store" in said
+    assert main(["station", str(EXAMPLE), "--out", str(tmp_path)]) == 2
+    assert "failed.json" in capsys.readouterr().err
+    bench = find("bench", "virtual_classic")
+    assert "earlier runs cannot be read" in survey(str(bench), EXAMPLE, tmp_path)["unfit"]

@@ -14,9 +14,10 @@ from made_up_runs import LIMITS, result, session
 
 from etb_hil.base.errors import InputError
 from etb_hil.cli.main import main
-from etb_hil.histories.runs import read_runs, run_of_results, runs_at
+from etb_hil.histories.runs import deciding_runs, read_runs, run_of_results, runs_at
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Unit
+from etb_hil.session.session import create
 from etb_hil.store.address import STORE, StoreAddress, store_address
 from etb_hil.store.connection import connected, require_schema
 from etb_hil.store.engine import engine_of
@@ -143,6 +144,50 @@ def test_what_a_bench_knows_holds_what_waits(address, tmp_path):
     delivered(tmp_path, address, result(0))
     Queue(tmp_path).add(result(1), session(tmp_path))
     assert [run.run_id for run in runs_at(tmp_path, address, Selection())] == ["run-0000", "run-0001"]
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "null", "[" * 100_000, '{"schema": "etb_hil/waiting_run/1"}', None])
+def test_a_run_that_waits_and_cannot_be_read_is_named_and_decides_nothing(tmp_path, content):
+    address, queue = StoreAddress(tmp_path / STORE), Queue(tmp_path)
+    queue.add(result(0), session(tmp_path))
+    queue.add(result(1, serial="SN 2"), session(tmp_path))
+    wanted = Selection(serials=("SN 2",))
+    assert [run.run_id for run in deciding_runs(tmp_path, address, wanted)] == ["run-0001"]
+    path = queue.paths()[0]
+    if content is None:  # a row without a column
+        content = path.read_text("utf-8").replace('"verdict"', '"other"')
+    path.write_text(content, "utf-8")
+    with pytest.raises(
+        InputError, match=r"earlier runs cannot be read(.|\n)*run-0000.json: must hold a run that waits"
+    ):
+        deciding_runs(tmp_path, address, wanted)
+    notes = []
+    assert [run.run_id for run in runs_at(tmp_path, address, Selection(), notes)] == ["run-0001"]
+    assert len(notes) == 1
+    runs, notes = read_runs([tmp_path])
+    assert [run.run_id for run in runs] == ["run-0001"]
+    assert "run-0000.json: must hold a run that waits for the store" in notes[0]
+
+
+def test_without_the_server_a_session_that_cannot_be_read_decides_nothing(tmp_path):
+    address = StoreAddress(url="postgresql://nobody@127.0.0.1:9/lab")
+    (tmp_path / "limits.yaml").write_bytes(LIMITS)
+    for number, serial in enumerate(("SN 1", "SN 2")):
+        made = create(tmp_path, "a", serial, {"limits": tmp_path / "limits.yaml"})
+        made.write_results(result(number, serial=serial, run_id=made.run_id))
+    create(tmp_path, "a", "SN 1", {"limits": tmp_path / "limits.yaml"})  # a killed run, which judged nothing
+    wanted = {serial: Selection(serials=(serial,)) for serial in ("SN 1", "SN 2")}
+    assert len(deciding_runs(tmp_path, address, wanted["SN 2"])) == 1
+    (made.folder / "SHA256SUMS").unlink()
+    with pytest.raises(InputError, match=r"earlier runs cannot be read(.|\n)*SHA256SUMS: is missing"):
+        deciding_runs(tmp_path, address, wanted["SN 2"])
+    assert len(deciding_runs(tmp_path, address, wanted["SN 1"])) == 1  # the manifest names the other unit
+    (made.folder / "session.json").write_text("{")
+    with pytest.raises(InputError, match=r"session\.json"):
+        deciding_runs(tmp_path, address, wanted["SN 1"])
+    notes = []
+    assert len(runs_at(tmp_path, address, Selection(), notes)) == 1
+    assert len(notes) == 1
 
 
 def test_a_damaged_run_is_named_and_keeps_no_other(address, tmp_path):
