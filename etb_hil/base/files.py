@@ -41,12 +41,20 @@ def replacing(path: Path, remedy: str = REMEDY) -> Iterator[Path]:
             part.unlink(missing_ok=True)
 
 
+def as_utf8(text: str | Path) -> str:
+    """Return a path or another text in a form that UTF-8 can hold.
+
+    Names of files may hold any bytes. What UTF-8 cannot hold becomes an escape sequence.
+    """
+    return str(text).encode("utf-8", "backslashreplace").decode()
+
+
 def write_text(path: Path, text: str, remedy: str = REMEDY) -> Path:
     """Write a text as UTF-8, whole or not at all, and return its path.
 
-    InputError where it cannot be written.
+    What UTF-8 cannot hold is escaped. InputError where it cannot be written.
     """
-    return write_bytes(path, text.encode(), remedy)
+    return write_bytes(path, as_utf8(text).encode(), remedy)
 
 
 def write_bytes(path: Path, content: bytes, remedy: str = REMEDY) -> Path:

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.compiler_text import plain_text
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.files import as_utf8
 from etb_hil.base.nearest import did_you_mean
 
 if TYPE_CHECKING:
@@ -265,10 +266,10 @@ def plugins() -> tuple[Plugin, ...]:
     packages = [Plugin(*key, _digest(roots[key]), tuple(names)) for key, names in found.items()]
     alone = [
         Plugin(
-            path.name,
+            as_utf8(path.name),
             _version(path),
             _loaded_digest(path),
-            tuple(f"{k}: {path.stem}" for k in declared(path)),
+            tuple(f"{k}: {as_utf8(path.stem)}" for k in declared(path)),
             str(path),
         )
         for path in files()
@@ -368,7 +369,7 @@ def _digest(root: Path) -> str:
     found = hashlib.sha256()
     for path in sorted(root.rglob("*")):
         if path.is_file() and "__pycache__" not in path.parts:  # which hold what Python makes of the others
-            found.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
+            found.update(os.fsencode(path.relative_to(root)) + b"\0" + path.read_bytes())
     return found.hexdigest()
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from etb_hil.base.files import make_folder, replacing, write_text
+from etb_hil.base.parquet_file import text_column, write_table
 from etb_hil.histories.history import History, NumberHistory
 from etb_hil.histories.shift import RUN_LENGTH
 from etb_hil.store.run import Measured
@@ -58,20 +59,24 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
     table = rows(found)
     names = list(dict.fromkeys(name for row in table for name in row))  # parts may be measured for different things
     written = [folder / "history.csv", folder / "history.json"]
-    with replacing(written[0]) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with replacing(written[0]) as part, part.open("w", encoding="utf-8", errors="backslashreplace", newline="") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows({name: _no_formula(value) for name, value in row.items()} for row in table)
     write_text(written[1], json.dumps(as_dict(found), indent=1, ensure_ascii=False) + "\n")
     try:
         import pyarrow as pa  # noqa: PLC0415 (an extra)
-        from pyarrow import parquet  # noqa: PLC0415
     except ImportError:
         return written
-    kinds = {name: pa.string() for name in _TEXTS} | {"counts": pa.bool_()}
-    columns = {name: pa.array([row.get(name) for row in table], kinds.get(name, pa.float64())) for name in names}
+    kinds = {"counts": pa.bool_()}
+    columns = {
+        name: text_column(row.get(name) for row in table)
+        if name in _TEXTS
+        else pa.array([row.get(name) for row in table], kinds.get(name, pa.float64()))
+        for name in names
+    }
     with replacing(folder / "history.parquet") as part:
-        parquet.write_table(pa.table(columns), part, compression="zstd")
+        write_table(part, columns)
     return [*written, folder / "history.parquet"]
 
 

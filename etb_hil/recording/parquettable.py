@@ -5,6 +5,7 @@ Columns are named as in CSV, or are the signals of a log, which an export wrote 
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -115,13 +116,13 @@ class ParquetTable:
 
     def _opened(self) -> parquet.ParquetFile:
         try:
-            from pyarrow import parquet  # noqa: PLC0415 (an extra, and heavy)
+            from pyarrow import OSFile, parquet  # noqa: PLC0415 (an extra, and heavy)
         except ImportError:
             what = "Parquet files need pyarrow"
             raise InputError(Problem(what, Place(self._path), remedy="pip install 'etb-hil[logs]'")) from None
         require_file(self._path)
         with self._unbroken():
-            return parquet.ParquetFile(self._path)
+            return parquet.ParquetFile(OSFile(os.fsencode(self._path)))  # it takes texts for names in UTF-8
 
     @contextmanager
     def _unbroken(self) -> Iterator[None]:

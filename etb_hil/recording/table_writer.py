@@ -12,6 +12,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.files import replacing
+from etb_hil.base.parquet_file import write_table as write_columns
 from etb_hil.base.roles import ROLES
 from etb_hil.recording.samples import Float64, Int64
 
@@ -80,8 +81,6 @@ def _seconds(time_ns: int) -> str:
 
 def _write_parquet(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:
     import pyarrow as pa  # noqa: PLC0415 (an extra)
-    from pyarrow import parquet  # noqa: PLC0415
 
     named = {"time_s": time_ns * 1e-9} | {column_name(role): values for role, values in columns.items()}
-    table = pa.table({name: pa.array(np.asarray(values, float), from_pandas=True) for name, values in named.items()})
-    parquet.write_table(table, path)
+    write_columns(path, {name: pa.array(np.asarray(v, float), from_pandas=True) for name, v in named.items()})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
@@ -177,14 +177,13 @@ def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message],
     if not messages:
         raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file: --dbc"))
     done = Exported()
-    out = ParquetSignals(path, messages)
-    for frames in gathered(log):
-        done.frames += len(frames)
-        for channel, part in _by_channel(frames):
-            found = decoder.push(part)
-            out.write(found, channel)
-            _count(done, found)
-    out.close()
+    with closing(ParquetSignals(path, messages)) as out:
+        for frames in gathered(log):
+            done.frames += len(frames)
+            for channel, part in _by_channel(frames):
+                found = decoder.push(part)
+                out.write(found, channel)
+                _count(done, found)
     done.too_short, done.rounded = decoder.too_short, decoder.rounded
     done.undecoded = done.frames - done.too_short - sum(done.signals.values())
     if not done.signals:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import EtbHilError, InputError, Problem
-from etb_hil.base.files import make_folder, refused_by_name
+from etb_hil.base.files import as_utf8, make_folder, refused_by_name
 from etb_hil.base.userfile import open_file, read_bytes
 from etb_hil.replays.log_frames import Frames
 from etb_hil.replays.log_replay import SEGMENT_S, LogJob, judge_segments
@@ -168,12 +168,12 @@ def judge_task(task: Task) -> Outcome:
 
 def failed(task: Task, status: str, error: str) -> Outcome:
     """Return the outcome of a log that could not be judged."""
-    return replace(_about(task, status), error=error)
+    return replace(_about(task, status), error=as_utf8(error))
 
 
 def _about(task: Task, status: str) -> Outcome:
     bench = None if task.rules is None else task.rules.bench.name
-    return Outcome(task.key, str(task.source), status, bench, task.channel)
+    return Outcome(task.key, as_utf8(task.source), status, bench, task.channel)
 
 
 def _judged(task: Task) -> Outcome:
@@ -185,14 +185,14 @@ def _judged(task: Task) -> Outcome:
         if not (task.model or task.limits or task.observer or task.window) and finished.session.has_results:
             differs, code = compare_with_live(finished)
             part = replace(part, exit_code=int(code))
-        notes = "\n".join([*finished.warnings, *finished.analysis.recording.notes])
-        return replace(about, judged=part, segments=1, notes=notes, differs=differs)
+        notes = as_utf8("\n".join([*finished.warnings, *finished.analysis.recording.notes]))
+        return replace(about, judged=part, segments=1, notes=notes, differs=differs and as_utf8(differs))
     frames = Frames([task.source], task.channel, task.window)
     job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
     parts = [
         part_of(finished, frames.start_ns or 0) for finished in judge_segments(job, frames, round(task.segment_s * 1e9))
     ]
-    return replace(about, judged=together(parts), segments=len(parts), notes="\n".join(frames.notes))
+    return replace(about, judged=together(parts), segments=len(parts), notes=as_utf8("\n".join(frames.notes)))
 
 
 def _require_same_code(task: Task) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.files import replacing
+from etb_hil.base.parquet_file import text_column, write_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,26 +43,29 @@ def write_parquet(outcomes: Sequence[Outcome], folder: Path) -> tuple[Path, Path
     """
     try:
         import pyarrow as pa  # noqa: PLC0415 (an extra)
-        from pyarrow import parquet  # noqa: PLC0415
     except ImportError:
         raise InputError(Problem("pyarrow is not installed", remedy="pip install 'etb-hil[logs]'")) from None
+
+    def column(values: list[Any], kind: str) -> Any:  # noqa: ANN401 (pyarrow has no types)
+        return text_column(values) if kind == "string" else pa.array(values, kind)
+
     parts = [outcome.judged for outcome in outcomes]
     columns: dict[str, Any] = {}
     for name, kind in _ABOUT.items():
-        columns[name] = pa.array([getattr(outcome, name) for outcome in outcomes], kind)
+        columns[name] = column([getattr(outcome, name) for outcome in outcomes], kind)
     for name, kind in _JUDGED.items():
-        columns[name] = pa.array([None if part is None else getattr(part, name) for part in parts], kind)
+        columns[name] = column([None if part is None else getattr(part, name) for part in parts], kind)
     columns["exceedances"] = pa.array([len(outcome.exceedances) for outcome in outcomes], "int64")
     for name in sorted({name for part in parts if part is not None for name in part.measurements}):
         found = [_UNKNOWN if part is None else part.measurements.get(name, _UNKNOWN) for part in parts]
         for index, suffix in enumerate(("", "_low", "_high")):
             columns[name + suffix] = pa.array([one[index] for one in found], "float64")
     episodes = [(outcome, episode) for outcome in outcomes for episode in outcome.exceedances]
-    rows = {name: pa.array([getattr(outcome, name) for outcome, _ in episodes], "string") for name in ("path", "key")}
-    rows |= {name: pa.array([getattr(one, name) for _, one in episodes], "string") for name in ("kind", "phase")}
+    rows = {name: text_column(getattr(outcome, name) for outcome, _ in episodes) for name in ("path", "key")}
+    rows |= {name: text_column(getattr(one, name) for _, one in episodes) for name in ("kind", "phase")}
     rows |= {name: pa.array([getattr(one, name) for _, one in episodes], "float64") for name in _EPISODE}
     paths = folder / LOGS, folder / EXCEEDANCES
     for path, table in zip(paths, (columns, rows), strict=True):
         with replacing(path) as part:
-            parquet.write_table(pa.table(table), part, compression="zstd")
+            write_table(part, table)
     return paths

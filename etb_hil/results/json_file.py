@@ -10,6 +10,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.files import as_utf8
 from etb_hil.base.validation import problem_of
 from etb_hil.results.run_result import SCHEMA_VERSION, RunResult
 
@@ -51,6 +52,8 @@ def result_from_dict(data: Mapping[str, Any], file: str = "results.json") -> Run
 def result_as_dict(result: RunResult) -> dict[str, Any]:
     """Return what `json.dump` writes as `results.json`."""
     plain: dict[str, Any] = _adapter().dump_python(result, mode="json")
+    for plugin in plain["plugins"]:
+        plugin["file"] = as_utf8(plugin["file"])
     return plain
 
 

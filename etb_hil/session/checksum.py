@@ -10,7 +10,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.files import write_text
+from etb_hil.base.files import as_utf8, write_text
 from etb_hil.base.userfile import digest, read_bytes
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def write_checked(path: Path, text: str, covered: Iterable[Path], remedy: str) -
     """
     sums = path.parent / SUMS
     new = [
-        _line(hashlib.sha256(text.encode()).hexdigest(), path),
+        _line(hashlib.sha256(as_utf8(text).encode()).hexdigest(), path),
         *(_line(digest(one), one) for one in covered),
     ]
     earlier = [_line(found, path) for found in _sums_of(path)] if path.exists() else []

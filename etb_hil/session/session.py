@@ -16,7 +16,7 @@ from typing import Any
 
 from etb_hil import __version__
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
-from etb_hil.base.files import refused_by_name, write_bytes, write_text
+from etb_hil.base.files import as_utf8, refused_by_name, write_bytes, write_text
 from etb_hil.base.plugins import Plugin, plugins
 from etb_hil.base.stated_types import of_stated_types
 from etb_hil.base.userfile import read_bytes
@@ -189,12 +189,12 @@ def create(
             "seed": seed,
             "observer": observer,
             "inputs": [
-                {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])}
+                {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": as_utf8(inputs[e.kind])}
                 for e in entries
             ],
             "has_sums": True,
             "versions": versions(),
-            "plugins": [asdict(plugin) for plugin in session.plugins],
+            "plugins": [asdict(plugin) | {"file": as_utf8(plugin.file)} for plugin in session.plugins],
         }
         write_text(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n", remedy)
     except InputError:

@@ -10,6 +10,7 @@ import sqlalchemy as sa
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.files import make_folder, replacing
+from etb_hil.base.parquet_file import ParquetFile
 from etb_hil.store.address import StoreAddress
 from etb_hil.store.reading import joined_runs, reading
 from etb_hil.store.row_values import CHILDREN
@@ -49,16 +50,15 @@ def export_parquet(address: StoreAddress, selection: Selection, folder: Path) ->
 
 def _write(connection: sa.Connection, query: sa.Select[Any], schema: Any, path: Path, store: str) -> None:  # noqa: ANN401 (no types)
     import pyarrow as pa  # noqa: PLC0415
-    from pyarrow import parquet  # noqa: PLC0415
 
     streamed = connection.execution_options(stream_results=True, max_row_buffer=_AT_ONCE).execute(query)
-    with replacing(path) as part, parquet.ParquetWriter(part, schema, compression="zstd") as file:
+    with replacing(path) as part, ParquetFile(part, schema) as file:
         for rows in streamed.partitions(_AT_ONCE):
             _require_outcomes(path.stem, schema.names, rows, store)
             columns = [
                 pa.array(column, kind) for column, kind in zip(zip(*rows, strict=True), schema.types, strict=True)
             ]
-            file.write_batch(pa.record_batch(columns, schema=schema))
+            file.write(pa.record_batch(columns, schema=schema))
 
 
 def _require_outcomes(table: str, columns: list[str], rows: Sequence[Sequence[Any]], store: str) -> None:

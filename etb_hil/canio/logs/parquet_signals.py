@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.parquet_file import ParquetFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -32,7 +33,6 @@ class ParquetSignals:
     def __init__(self, path: Path, messages: Sequence[Message]) -> None:
         try:
             import pyarrow as pa  # noqa: PLC0415 (an extra)
-            from pyarrow import parquet  # noqa: PLC0415
         except ImportError:
             raise InputError(Problem("pyarrow is not installed", remedy="pip install 'etb-hil[logs]'")) from None
         self._pa: Any = pa
@@ -48,7 +48,7 @@ class ParquetSignals:
         self._schema = pa.schema(fields)
         self._names = pa.array([message.name for message in messages])
         self._index = {message.name: index for index, message in enumerate(messages)}
-        self._writer: Any = parquet.ParquetWriter(path, self._schema, compression="zstd")
+        self._file = ParquetFile(path, self._schema)
         self._waiting: list[tuple[int, MessageColumns]] = []
         self._rows = 0
 
@@ -63,7 +63,7 @@ class ParquetSignals:
     def close(self) -> None:
         """Complete the file."""
         self._flush()
-        self._writer.close()
+        self._file.close()
 
     def _flush(self) -> None:
         if not self._rows:
@@ -88,5 +88,5 @@ class ParquetSignals:
             first += len(part.stamp_ns)
         for name, values in place.items():
             columns[name] = pa.array(values[order], mask=np.isnan(values[order]))
-        self._writer.write_table(pa.table(columns, schema=self._schema))
+        self._file.write(pa.table(columns, schema=self._schema))
         self._waiting, self._rows = [], 0
