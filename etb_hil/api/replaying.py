@@ -77,7 +77,6 @@ def replay(
         observer=observer,
     )
     load_plugins(files.bench)
-    files.read()
     tasks = tasks_for(paths, [(files, channel)], own_model, own_limits, observer=observer)
     if dask is not None:
         outcomes = DaskWorkers(dask)(tasks)

@@ -17,11 +17,13 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import EtbHilError, InputError, Problem
 from etb_hil.base.files import as_utf8, make_folder, refused_by_name
 from etb_hil.base.userfile import open_file, read_bytes
+from etb_hil.plant.parameters import load_model
 from etb_hil.replays.log_frames import Frames
 from etb_hil.replays.log_replay import SEGMENT_S, LogJob, judge_segments
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, Outcome, as_json, from_json, part_of, together
 from etb_hil.replays.progress import Watch
 from etb_hil.replays.session_replay import RuleFiles, replay
+from etb_hil.scenario.judged_limits import load_judged_limits
 from etb_hil.session.dependencies import MadeBy, state_of_log, state_of_session, this_process
 from etb_hil.session.differences import compare_with_live
 from etb_hil.session.session import MANIFEST
@@ -73,8 +75,14 @@ def tasks_for(
     A unit is its files, and the channel if not all are its own.
 
     `model`, `limits` and `observer` overrule a session's. A source that cannot be read is a task too: its outcome says
-    so.
+    so. InputError where a file to judge by is wrong: it would refuse each source in turn.
     """
+    for files, _ in units:
+        files.read()
+    if model:
+        load_model(model)
+    if limits:
+        load_judged_limits(limits)
     model, limits = (path.absolute() if path else None for path in (model, limits))
     code = this_process()
     options = repr((code, segment_s, window, observer)).encode()

@@ -466,6 +466,15 @@ def test_frames_that_sqlite_keeps_beside_a_log_are_new_work(live, tmp_path):
     assert tasks_for([log], rules, None, None)[0].key != before
 
 
+def test_a_wrong_file_to_judge_by_is_refused_once_before_the_work(sources, tmp_path, capsys):
+    (tmp_path / "wrong.yaml").write_text("schema: another\n")
+    for option in ("--limits", "--model", "--bench"):
+        asked = ["replay", *map(str, sources), "--jobs", "1", "--out", str(tmp_path / "out")]
+        assert command_line([*asked, option, str(tmp_path / "wrong.yaml")]) == 2
+        assert capsys.readouterr().err.count("wrong.yaml:1: schema: must be") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_another_version_of_a_library_judges_again(live, monkeypatch):
     def keys():
         return [task.key for task in tasks_for([live.session.folder, live.session.raw_log], rules, None, None)]
