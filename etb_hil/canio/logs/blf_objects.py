@@ -319,7 +319,10 @@ def _short_of_payload(
 def _payload(
     group: _Group, data: Bytes, body: NDArray[np.void], body_at: Offsets, size: NDArray[np.uint32]
 ) -> tuple[Bytes, Offsets | int]:
-    """Return the payload (n, 8 or 64), and how many bytes of it the objects have: one number, or (n)."""
+    """Return the payload (n, 8 or 64), and how many bytes of it the objects have.
+
+    The latter is one number where all have the same, or (n).
+    """
     least = group.head_bytes + _LEAST[group.kind]
     if group.kind != CAN_FD_MESSAGE_64:
         width = int(body["data"].shape[1])

@@ -182,7 +182,8 @@ def _is_held(message: can.Message, known: _Format, channels: Channels, note: Not
     most = 64 if message.is_fd or known.is_scanned else 15
     if not 0 <= message.dlc <= most:
         raise WrongRowError(f"a length must be 0 to {most}", message.dlc)
-    if length != _announced(message, known) and not message.is_error_frame:
+    announced = _announced(message, known)
+    if length < announced or (length > announced and not known.is_scanned and not message.is_error_frame):
         raise WrongRowError("a payload must be as long as announced", f"{length} bytes of {message.dlc}")
     is_short = not (message.is_extended_id or message.is_error_frame)
     most = MAX_STANDARD if is_short else MAX_IDENT

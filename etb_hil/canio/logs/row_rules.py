@@ -21,9 +21,10 @@ class WrongRowError(ValueError):
 def message_of(
     seconds: float, ident: int, flags: tuple[object, object, object], dlc: int, data: bytes | None
 ) -> can.Message:
-    """Return a row as a message; `flags` are those of extended, remote and error frames.
+    """Return a row as a message.
 
-    Raises WrongRowError for a flag that is neither 0 nor 1 and for a remote frame with a payload.
+    `flags` are those of extended, remote and error frames. Raises WrongRowError for a flag that is neither 0 nor 1, and
+    for a remote frame with a payload other than zeros.
     """
     if any(type(flag) is not int or flag not in {0, 1} for flag in flags):
         raise WrongRowError("extended, remote and error must be 0 or 1", flags)

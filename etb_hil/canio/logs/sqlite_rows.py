@@ -20,7 +20,9 @@ _ALLOWED = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
 
 
 class SqliteRows:
-    """Messages of the table `messages`, in its order; in place of a wrong row, what is wrong with it.
+    """Messages of the table `messages`, in its order.
+
+    A wrong row gives a WrongRowError in place of a message.
 
     A file that is damaged raises sqlite3.Error or ValueError.
 
@@ -58,7 +60,7 @@ def _authorize(action: int, *_: object) -> int:
 
 
 def _text(raw: bytes) -> str:
-    """Return any text of a column: one that is no UTF-8 is a wrong value of its row alone."""
+    """Return any text of a column; sqlite3 would stop at one that is not UTF-8."""
     return raw.decode("utf-8", "replace")
 
 

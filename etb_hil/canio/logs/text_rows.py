@@ -1,6 +1,6 @@
-"""Lines of python-can's CSV and of PEAK's TRC, where a wrong one costs itself alone.
+"""Readers of python-can's CSV and of PEAK's TRC that continue after a wrong line.
 
-python-can's readers stop at the first such line. Those here yield what is wrong with it in its place.
+python-can's readers stop at the first such line. Those here yield a WrongRowError in its place.
 """
 
 from __future__ import annotations
