@@ -383,7 +383,7 @@ def test_a_line_of_the_header_that_is_not_known_is_noted(tmp_path):
 def test_a_log_in_utf_16_is_refused_with_its_encoding(tmp_path):
     path = tmp_path / "wide.asc"
     path.write_text(HEAD + "1.0 1 123 Rx d 1 00\n", encoding="utf-16")
-    with pytest.raises(InputError, match=r"wide\.asc.*UTF-16.*save it as UTF-8"):
+    with pytest.raises(InputError, match=r"wide\.asc.*UTF-16.*save the file as UTF-8"):
         read(path)
 
 

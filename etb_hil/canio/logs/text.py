@@ -8,12 +8,13 @@ most logs, which is why it happens only there.
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 from typing import IO, TYPE_CHECKING, cast
 
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.userfile import open_file
+from etb_hil.base.userfile import open_file, refuse_utf_16
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs import text_scan as scan
 from etb_hil.canio.logs.asc_header import base_of, is_other_event, read_header
@@ -43,7 +44,6 @@ _HALF = re.compile(
 )
 _EVENT = re.compile(rb"\s*\d")  # of an ASC log: it starts with its time
 _CHANNEL = re.compile(rb"\s*\S+\s+(?:canfd\s+)?(\S+)", re.IGNORECASE)
-_MARK, _WIDE_MARKS = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")  # at the beginning of UTF-8 and UTF-16
 _CHECK = "check that the file is what its name says"
 _DAMAGED = "damaged"  # kind of a note
 
@@ -103,9 +103,8 @@ class TextLog:
 
     def _encoded(self, text: bytes) -> bytes:
         """Return the first text without a mark of its encoding; InputError of UTF-16."""
-        if text.startswith(_WIDE_MARKS):
-            raise InputError(Problem("is text in UTF-16", Place(self.path), remedy="save it as UTF-8"))
-        return text.removeprefix(_MARK)
+        refuse_utf_16(self.path, text)
+        return text.removeprefix(BOM_UTF8)
 
     def _chunks(self) -> Iterator[bytes]:
         """Yield whole lines, about a chunk at a time.
