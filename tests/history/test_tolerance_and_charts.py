@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
 from etb_hil.histories.capability import capability
-from etb_hil.histories.control_chart import control_chart
+from etb_hil.histories.control_chart import control_chart, nelson_signals
 from etb_hil.histories.distribution import PEARSON, Distribution, distribution, normal
 from etb_hil.histories.gauge import balanced, gauge_study
 from etb_hil.histories.tolerance import change_limit, factor, tolerance_limit
@@ -126,6 +126,13 @@ def test_rounding_is_no_side_of_the_centre():
     values = np.array([0.2, 0.4] * 4 + [0.3] * 11 + [0.4, 0.2] * 4)
     assert 0.0 < abs(values.mean() - 0.3) < 1e-15
     assert control_chart(values).signals == {}
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_value_on_the_limit_is_not_beyond_it(side):
+    values = side * np.array([3.0, 0.0, 3.25, 0.0])
+    assert nelson_signals(values, 0.0, 1.0) == {2: "beyond the limits"}
+    assert nelson_signals(values, 0.0, 0.0) == {}
 
 
 def test_rounding_is_no_step():
