@@ -29,9 +29,10 @@ class Clock(Protocol):
 
 
 def stored_time(text: str) -> datetime:
-    """Return a time of a file or a store, with its offset; UTC where it has none, as the program writes it.
+    """Return a time of a file or a store, with its offset.
 
-    Only such times can be compared with each other. ValueError where the text is no time as ISO 8601 has it.
+    Without one it is UTC, as the program writes it. Only
+    such times can be compared with each other. ValueError where the text is no time as ISO 8601 has it.
     """
     at = datetime.fromisoformat(text)
     return at if at.tzinfo is not None else at.replace(tzinfo=UTC)

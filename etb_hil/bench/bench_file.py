@@ -136,9 +136,9 @@ def load_plugins(path: Path) -> None:
 
 
 def files_named(path: Path) -> list[Path]:
-    """Return the files that a bench file names, whether or not it is right: plug-ins, the DBC and a store.
+    """Return the files that a bench file names: plug-ins, the DBC and a store.
 
-    InputError where it cannot be read.
+    The bench file need not be right otherwise. InputError where it cannot be read.
     """
     data, _ = parse(path)
     names = [str(data[key]) for key in ("dbc", "store") if data.get(key)] if isinstance(data, dict) else []

@@ -98,9 +98,9 @@ class StopSignals:
 
     @property
     def too_late(self) -> str:
-        """What to say of an order that came too late for the run; an empty text where none did.
+        """What to say of an order that came too late for the run.
 
-        The order was an abort or a halt, and the run was over.
+        It is an empty text where none did. The order was an abort or a halt, and the run was over.
         """
         is_late = self.verb in {Verb.ABORT, Verb.HALT}
         return f"{self.cause} came once the run was over; its results stand" if is_late else ""

@@ -162,7 +162,7 @@ def _next_serial(last: str, check: Callable[[str], str], tally: Tally, *, attend
 
 
 def _waiting(source: TextIO) -> list[str]:
-    """Return the numbers that wait in a pipe; who still writes into it is not waited for."""
+    """Return the numbers that wait in a pipe, without waiting for its writer."""
     lines: list[str] = []
     with suppress(OSError, ValueError):  # without a file number it is a text that is there as a whole
         os.set_blocking(source.fileno(), False)

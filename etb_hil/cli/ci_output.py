@@ -82,7 +82,7 @@ class CiOutput:
 
     @contextmanager
     def checking(self) -> Iterator[None]:
-        """Take away what an earlier run left, once a block has checked what this one reads.
+        """Take away what an earlier run left, once a block has checked the inputs.
 
         Where the block refuses the run, the files that are inputs may be unknown: only what a run wrote is taken away.
         """
@@ -112,9 +112,10 @@ class CiOutput:
         return self._json == STANDARD_OUTPUT
 
     def add(self, results: RunResult, session: Path | None = None) -> ExitCode:
-        """Write what came of a run; its results are written before they are held against the baseline.
+        """Write what came of a run.
 
-        Return its exit code, inconclusive where only the baseline disagrees.
+        The results are written before they are held against the baseline. Return its
+        exit code, inconclusive where only the baseline disagrees.
         """
         from etb_hil.report.junit import Reported, junit_text
         from etb_hil.results.json_file import result_as_dict

@@ -30,9 +30,10 @@ def add_file_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def files_read(options: argparse.Namespace, desk: Desk | None) -> list[Path]:
-    """Return the files that a run reads, as far as they can be found: those named, and those that these name.
+    """Return the files that a run reads, as far as they can be found.
 
-    InputError where a bench file cannot be parsed: what it names is unknown then.
+    They are those that the options name, and those that these name. InputError where a bench file cannot
+    be parsed: what it names is unknown then.
     """
     from etb_hil.base.plugins import files
     from etb_hil.bench.bench_file import files_named

@@ -144,7 +144,7 @@ def _compared(baseline: Document[Baseline], name: str, found: Measurement | None
 
 
 def _fits(baseline: Document[Baseline], name: str, unit: str) -> bool:
-    """Return whether the baseline expects a number in a unit of the same quantity as its measurement."""
+    """Return whether the baseline expects a number of the measured quantity."""
     return dimension_of_unit(unit) == baseline.content.numbers[name].dimension
 
 

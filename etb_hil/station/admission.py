@@ -90,7 +90,10 @@ def _shown(at: datetime) -> str:
 
 
 def stamped_later(runs: Sequence[Run], now: datetime) -> str:
-    """Return which runs do not count because they are stamped after now; an empty text where there are none."""
+    """Return which runs do not count because they are stamped after now.
+
+    The text is empty where there are none.
+    """
     later = sorted((run for run in runs if _judged(run) and run.at > now), key=lambda run: run.at)
     if not later:
         return ""

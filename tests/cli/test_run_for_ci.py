@@ -331,7 +331,7 @@ def test_where_the_inputs_are_unknown_only_results_of_an_earlier_run_are_gone(go
         path.write_text("of somebody", "utf-8")
     assert main(command) == 2
     assert told.read_text("utf-8") == junit.read_text("utf-8") == "of somebody"
-    assert "bench.yaml:1" in capsys.readouterr().err
+    assert "is not YAML" in capsys.readouterr().err
 
 
 def test_json_on_standard_output_stands_alone(tmp_path, capfd):
