@@ -4,12 +4,13 @@ import argparse
 import json
 import os
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict
-from etb_hil.cli.ci_output import CiOutput, held_against
+from etb_hil.cli.ci_output import CiOutput, add_ci_arguments, held_against
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.baseline import Comparison
@@ -24,6 +25,15 @@ def output(json_file=None, junit=None):
 def results(value=0.2, unit="N·m", verdict=UnitVerdict.PASS):
     measured = Measurements([Measurement("T_st", "break-away friction", value, unit)])
     return RunResult("run", Unit(verdict), Bench(BenchOutcome.OK), measurements=measured, exit_code=0)
+
+
+def test_the_options_of_a_ci_server_are_files_and_a_time():
+    parser = argparse.ArgumentParser()
+    add_ci_arguments(parser)
+    given = parser.parse_args(["--json", "-", "--junit", "j.xml", "--baseline", "b.yaml", "--timeout", "1.5"])
+    assert (given.json, given.junit, given.baseline) == (Path("-"), Path("j.xml"), Path("b.yaml"))
+    assert given.timeout == 1.5
+    assert set(vars(parser.parse_args([])).values()) == {None}
 
 
 @pytest.mark.parametrize(
@@ -58,7 +68,7 @@ def test_results_are_written_whatever_the_baseline_says(value, unit, code, tmp_p
 def test_json_on_standard_output_leaves_words_to_standard_error(tmp_path, capsys):
     baseline = tmp_path / "b.yaml"
     baseline.write_text("schema: etb_hil/baseline/1\nnumbers: {T_st: {value: 0.1 N·m, tolerance: 5 %}}\n", "utf-8")
-    out = output(json_file=tmp_path.__class__("-"))
+    out = output(json_file=Path("-"))
     assert out.owns_standard_output
     assert out.files == []
     out.read_baseline(baseline)
@@ -94,7 +104,8 @@ def test_a_refused_run_takes_away_only_what_a_run_wrote(tmp_path):
         with out.checking():
             raise InputError
 
-    for text in ("", "{}", "<?xml version='1.0'?><other/>", '{"run_id": 1'):
+    others = ("", "{}", "<?xml version='1.0'?><other/>", '<testsuites name="etb-hil"/>', '{"run_id": 1')
+    for text in others:
         for path in (told, junit):
             path.write_text(text, "utf-8")
         with pytest.raises(InputError):
@@ -108,10 +119,14 @@ def test_a_refused_run_takes_away_only_what_a_run_wrote(tmp_path):
         refused()
 
 
-@pytest.mark.parametrize("name", ["folder", "pipe", "gone/r.json"])
-def test_a_place_that_takes_no_file_is_refused_before_a_run(name, tmp_path):
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("folder", "folder: cannot be written: Is a directory"), ("pipe", "pipe: must be a regular file"),
+     ("gone/r.json", "gone: no such folder; create it")],
+)  # fmt: skip
+def test_a_place_that_takes_no_file_is_refused_before_a_run(name, said, tmp_path):
     (tmp_path / "folder").mkdir()
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match=name.partition("/")[0]), output(tmp_path / name).checking():
+    with pytest.raises(InputError, match=said), output(tmp_path / name).checking():
         pass
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "pipe"]
