@@ -250,7 +250,10 @@ def check_reader(reader: Reader, path: str | Path) -> None:
 
 
 def _declared(check: Callable[[Part], Declared], kind: str, declaration: object) -> Declared:
-    """Return what a registry's check of a declaration returns; AssertionError where it refuses that."""
+    """Return what a registry's check of a declaration returns.
+
+    AssertionError where it refuses the declaration.
+    """
     with _refused_as_failure():
         return check(Part(kind, _NAME, declaration, Place("a test")))
 

@@ -1,4 +1,4 @@
-"""The types of arguments that only the Python interface takes, for the checks by annotation."""
+"""Add the types that only the Python interface takes to the checks of arguments."""
 
 from __future__ import annotations
 

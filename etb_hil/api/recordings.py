@@ -124,7 +124,10 @@ class Recording(recording.Recording):
 
     @checked
     def to_pandas(self, roles: str | Iterable[str] | None = None) -> pd.DataFrame:
-        """Return a DataFrame over `time_s`; `attrs["units"]` has the SI unit of each column."""
+        """Return a DataFrame over `time_s`.
+
+        `attrs["units"]` of the frame has the SI unit of each column.
+        """
         pandas: Any = library("pandas")
         table = self.to_numpy(roles)
         frame: pd.DataFrame = pandas.DataFrame(table).set_index(TIME)

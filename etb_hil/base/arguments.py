@@ -88,7 +88,7 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def _misfit(function: str, signature: inspect.Signature, named: Mapping[str, object], error: TypeError) -> str:
-    """Return what a call got wrong, with the nearest argument to one that does not exist."""
+    """Return what a call got wrong, with the argument that was probably meant."""
     meant = [did_you_mean(name, signature.parameters) for name in named if name not in signature.parameters]
     return "; ".join([f"{function}(): {error}", *filter(None, meant)])
 
@@ -99,7 +99,7 @@ def _plain(value: object, kind: ast.expr) -> object:
         return value.item()
     if isinstance(value, Decimal | Fraction):
         return float(value)
-    is_one = isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable)
+    is_one = isinstance(value, str | bytes) or not isinstance(value, Iterable)
     if is_one or not _takes_several(kind) or any(_is_of(value, one) for one in _single(kind)):
         return value
     return [_plain(one, kind) for one in value]  # type: ignore[attr-defined] # it is an Iterable

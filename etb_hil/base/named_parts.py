@@ -42,7 +42,8 @@ class NamedParts(Generic[Declared]):
         """Raise InputError, with all names, where there is no part of a name."""
         if name not in self.names():
             what = f"there is no such {self._called}"
-            remedy = did_you_mean(name, self.names(), "if a plug-in has it, give that file with --plugin")
+            otherwise = "if a plug-in has it, load its file (--plugin, or etb_hil.plugins.load)"
+            remedy = did_you_mean(name, self.names(), otherwise)
             raise InputError(Problem(what, value=name, allowed=", ".join(self.names()), remedy=remedy))
 
     def own(self, name: str) -> Declared | None:

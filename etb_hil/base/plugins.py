@@ -131,7 +131,7 @@ _NOT_ITS_FAULT = (KeyboardInterrupt, MemoryError, GeneratorExit)
 
 @contextmanager
 def foreign_code(refused: Callable[[BaseException], InputError]) -> Iterator[None]:
-    """Turn whatever foreign code raises into the InputError that a function makes of it.
+    """Turn whatever foreign code raises into the InputError that `refused` makes.
 
     Foreign code may raise anything. `sys.exit()` in it would end the command without a result, and with exit code 0.
     """

@@ -180,14 +180,20 @@ def format_quantity(value: float, dimension: str, digits: int = 6) -> str:
 
 
 def exact_quantity(value: float, dimension: str) -> str:
-    """Write an SI value with its unit in the fewest digits that `parse_quantity` reads back as the same value."""
+    """Write an SI value with its unit so that the same value is read back.
+
+    The text has as few digits as `parse_quantity` needs for that.
+    """
     unit = unit_of(dimension)
     number = _fewest_digits(value, lambda text: float(text) == value)
     return number if unit == "1" else f"{number} {unit}"
 
 
 def exact_share(share: float) -> str:
-    """Write a share in percent, in the fewest digits that `parse_quantity` reads back as the same share."""
+    """Write a share in percent so that the same share is read back.
+
+    The text has as few digits as `parse_quantity` needs for that.
+    """
     percent = 100.0 * share
     near = (percent, math.nextafter(percent, math.inf), math.nextafter(percent, -math.inf))
     written = [_fewest_digits(one, lambda text: parse_quantity(f"{text} %", "ratio") == share) for one in near]

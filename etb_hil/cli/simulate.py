@@ -62,7 +62,7 @@ _OPTIONS = {"columns": "--map", "start_angle": "--start-angle"}  # whose names d
 
 
 def _of_options(problem: Problem) -> Problem:
-    """Return a problem of `simulate` with the options of the command in place of its arguments."""
+    """Return a problem of `simulate` with options in place of its arguments."""
     what = re.sub(r"^(model|law|rate|seed|columns|start_angle):", lambda m: f"{_option(m[1])}:", problem.what)
     remedy = re.sub(r"^give start_angle$", f"give {_option('start_angle')}", problem.remedy or "")
     return replace(problem, what=what, remedy=remedy or None)

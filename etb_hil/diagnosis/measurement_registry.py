@@ -113,7 +113,10 @@ def _guarded(part: Part) -> Callable[[Findings], Found]:
 
 
 def _estimates(kind: MeasurementKind, found: object) -> tuple[Estimate, ...]:
-    """Return what a plug-in's measurement returned as estimates of ours; TypeError or ValueError say what is wrong."""
+    """Return what a plug-in's measurement returned as estimates of ours.
+
+    TypeError or ValueError say what is wrong with it.
+    """
     if found is None:
         return ()
     if not isinstance(found, Estimate | Iterable) or isinstance(found, str):

@@ -53,7 +53,10 @@ def fault_of(observer: Observer) -> PartFault | None:
 
 
 def _whole(found: FrictionEstimate, time_ns: Int64) -> FrictionEstimate:
-    """Return what a plug-in's observer returned in arrays of ours; TypeError or ValueError say what is wrong."""
+    """Return what a plug-in's observer returned in arrays of ours.
+
+    TypeError or ValueError say what is wrong with it.
+    """
     if not isinstance(found, FrictionEstimate):
         raise TypeError("it returned something else than FrictionEstimate")
     count = len(time_ns)

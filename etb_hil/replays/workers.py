@@ -94,9 +94,9 @@ class LocalProcesses:
 
 @contextmanager
 def _pool(processes: int) -> Iterator[tuple[ProcessPoolExecutor, ctypes.c_bool]]:
-    """Yield a pool whose processes end at once where the work is broken off, and whether any of them has begun.
+    """Yield a pool whose processes end at once where the work is broken off.
 
-    They end, too, where this process is killed.
+    They end, too, where this process is killed. The second value says whether any of them has begun.
     """
     context = multiprocessing.get_context("spawn")
     theirs, ours = context.Pipe(duplex=False)  # of which nothing is ever said but its end

@@ -45,7 +45,10 @@ def kind_name(phase: type[PhaseModel]) -> str:
 
 
 def name_of_part(part: Part) -> str:
-    """Return the name of a plug-in's kind of phase; InputError where its declaration breaks the contract."""
+    """Return the name of a plug-in's kind of phase.
+
+    InputError where its declaration breaks the contract.
+    """
     phase = part.value
     if not (isinstance(phase, type) and issubclass(phase, PhaseModel)):
         raise part.refused(
@@ -99,7 +102,7 @@ class _GuardedTrajectory:
 
 
 def _own_trajectory(part: Part, found: Trajectory) -> Trajectory:
-    """Return a trajectory of our classes as it is, and one of a plug-in's class guarded."""
+    """Return a trajectory of our classes as it is, and any other guarded."""
     if type(found) is Chain:
         return Chain(*(_own_trajectory(part, one) for one in found.parts))
     return found if type(found) in {Released, Held, Steps, Motion} else _GuardedTrajectory(part, found)

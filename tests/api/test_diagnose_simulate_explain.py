@@ -17,7 +17,10 @@ def test_a_recording_judged_is_the_log_judged(faulty):
     result = etb.diagnose(recording)
     (one,) = etb.replay(faulty.folder / "raw.blf", bench="virtual_classic")
     assert result.verdict is one.verdict
-    assert {id_: (m.value, m.low, m.high) for id_, m in result.measurements.items()} == dict(one.measurements)
+    judged, replayed = (
+        {id_: (m.value, m.low, m.high, m.unit) for id_, m in found.measurements.items()} for found in (result, one)
+    )
+    assert judged == replayed
 
 
 def test_a_notebook_shows_the_judgement(faulty):

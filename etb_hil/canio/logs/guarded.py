@@ -56,7 +56,10 @@ class GuardedLog:
 
 
 def _whole(block: FrameBlock) -> FrameBlock:
-    """Return a block with columns of our types; TypeError or ValueError where they do not fit."""
+    """Return a block with columns of our types.
+
+    TypeError or ValueError where they do not fit.
+    """
     if not isinstance(block, FrameBlock):
         raise TypeError(f"it yielded {type(block).__name__} in place of FrameBlock")
     whole = FrameBlock(
