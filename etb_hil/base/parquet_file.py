@@ -17,7 +17,7 @@ COMPRESSION = "zstd"
 
 
 class ParquetFile:
-    """A Parquet file that grows by tables or record batches; complete once it is closed."""
+    """A Parquet file that grows by tables or record batches until it is closed."""
 
     def __init__(self, path: Path, schema: Any) -> None:  # noqa: ANN401 (pyarrow has no types)
         from pyarrow import parquet  # noqa: PLC0415 (an extra)

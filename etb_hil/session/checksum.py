@@ -50,7 +50,10 @@ def write_checked(path: Path, text: str, covered: Iterable[Path], remedy: str) -
 
 
 def sum_of(path: Path) -> Sum:
-    """Return what the checksums beside a file say of it; InputError where one cannot be read."""
+    """Return what the checksums beside a file say of it.
+
+    InputError where one cannot be read.
+    """
     known = _sums_of(path)
     if not known:
         return Sum.NONE

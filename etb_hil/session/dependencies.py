@@ -1,4 +1,4 @@
-"""What a judgement depends on: the code that makes it, and the files that it reads.
+"""What a judgement depends on: the code that makes it, and the files it reads.
 
 Both are compared wherever a judgement is used again or held against another one.
 """
@@ -49,7 +49,10 @@ def made_by(of_versions: Mapping[str, str], of_plugins: Iterable[Plugin]) -> Mad
 
 
 def this_process() -> MadeBy:
-    """Return the code by which this process judges; InputError where a plug-in cannot be loaded."""
+    """Return the code by which this process judges.
+
+    InputError where a plug-in cannot be loaded.
+    """
     return made_by(versions(), plugins())
 
 
