@@ -10,7 +10,8 @@ from etb_hil.base.stock import stock_file
 from etb_hil.plant.model_check import impossible
 from etb_hil.plant.parameter import Parameter
 from etb_hil.plant.parameters import Model, load_model
-from etb_hil.plant.reach import FAR_ABOVE, peak_velocities
+from etb_hil.plant.reach import peak_velocities
+from etb_hil.plant.values import FAR_ABOVE
 
 if TYPE_CHECKING:
     from numpy.random import Generator

@@ -19,9 +19,9 @@ from throttle_as_model import bench_model, rows_of
 
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.exceedance import FAR_ABOVE
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.observer.registry import OBSERVERS
+from etb_hil.plant.values import FAR_ABOVE
 
 LIMITS = load_limits(find("limits", "default"))
 STICTION_LIMIT, COULOMB_LIMIT = 0.26, 0.20  # N·m at the plate, of the default limits

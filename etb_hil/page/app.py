@@ -24,7 +24,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.files import write_bytes
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.page.guard import Guard
-from etb_hil.page.session_files import TestRuns
+from etb_hil.page.session_files import BenchInUse
 from etb_hil.page.visitors import Rate, Visitor, Visitors
 from etb_hil.replays.progress import read_progress
 from etb_hil.report.panel_feed import PERIOD_S
@@ -284,7 +284,7 @@ class Page:
         else:
             try:
                 path = await self._files.exported(run_id, kind, lambda: self.live.is_testing)
-            except TestRuns:
+            except BenchInUse:
                 return _refused(409, "running_now")
         return _refused(404, "no_data") if path is None else FileResponse(path, filename=f"{run_id}.{kind}")
 
@@ -388,7 +388,10 @@ async def _content(request: Request, most: int) -> bytes:
 
 
 async def _failed(_: Request, error: Exception) -> Response:
-    """Say on the page what failed there; the server's log has the traceback of what nobody foresaw."""
+    """Say on the page what failed there.
+
+    The server's log has the traceback of what nobody foresaw.
+    """
     is_stated = isinstance(error, InputError | OSError)
     said = str(error) if is_stated else f"{type(error).__name__}: {error}"
     return JSONResponse({"why": "page_failed", "said": said}, 503 if is_stated else 500)

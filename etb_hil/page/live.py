@@ -246,7 +246,10 @@ class Live:
 
     @contextlib.contextmanager
     def _told(self, doing: str) -> Iterator[None]:
-        """Tell open pages what fails here until it works again; no task of the page ends by it."""
+        """Tell open pages what fails here, until it works again.
+
+        No task of the page ends by it.
+        """
         why = ""
         try:
             yield

@@ -15,7 +15,6 @@ from typing import Any
 import uvicorn
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.base.outcome import ExitCode
 from etb_hil.page.app import Page
 from etb_hil.page.channel import Channel
 from etb_hil.page.guard import known_names
@@ -98,18 +97,16 @@ def _survey(settings: Settings) -> dict[str, Any]:
     command += ["--station", str(settings.station)] if settings.station else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 (our own program)
     said = done.stderr.strip()
-    if done.returncode == ExitCode.BAD_INPUT:
-        raise InputError(said)
-    why = (said.rpartition("\n")[2] or f"exit code {done.returncode}") if done.returncode else ""
     try:
-        found: dict[str, Any] = {} if why else json.loads(done.stdout)
-    except ValueError as error:
-        why = str(error)
-    if why:
+        found: dict[str, Any] = json.loads(done.stdout)
+    except ValueError:  # a plug-in ended the process
+        why = said.rpartition("\n")[2] or f"exit code {done.returncode}"
         remedy = "correct the bench's files and plug-ins, then repeat"
-        raise InputError(Problem(f"the bench cannot be surveyed: {why}", remedy=remedy))
+        raise InputError(Problem(f"the bench cannot be surveyed: {why}", remedy=remedy)) from None
     if said:
         print(said, file=sys.stderr)  # noqa: T201 (what plug-ins print)
+    if "wrong" in found:
+        raise InputError(found["wrong"])
     return found
 
 

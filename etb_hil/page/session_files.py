@@ -23,7 +23,7 @@ GIVES_WAY = ("nice",)  # to the bench; not to whatever else the machine does, si
 _RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
 
 
-class TestRuns(Exception):
+class BenchInUse(Exception):
     """A file cannot be made now: a test is under way, and the bench comes first."""
 
 
@@ -63,9 +63,10 @@ class SessionFiles:
         return self._file(run_id, RAW_LOG)
 
     async def exported(self, run_id: str, kind: str, is_testing: Callable[[], bool]) -> Path | None:
-        """Return a run's file of a kind of `MADE`, made by `etb-hil export` unless the latest one is of the same data.
+        """Return a run's file of a kind of `MADE`, made by `etb-hil export`.
 
-        None where the run has no such data. TestRuns where the file must be made, and a test is under way.
+        It is made again where the session was written since. None where the run has no such data. BenchInUse where the
+        file must be made, and a test is under way.
         """
         folder = self.folder(run_id)
         if folder is None or kind not in MADE:
@@ -76,7 +77,7 @@ class SessionFiles:
             if path.is_file() and self._made.get(path) == data:
                 return path
             if is_testing():
-                raise TestRuns
+                raise BenchInUse
             for old in sorted(self._exported.iterdir(), key=lambda one: one.stat().st_mtime)[: 1 - MOST_KEPT]:
                 old.unlink()
                 self._made.pop(old, None)
@@ -95,6 +96,9 @@ class SessionFiles:
 
 
 def _state_of(folder: Path) -> dict[str, tuple[int, int]]:
-    """Return modification time and size of each file of a session: a run in a terminal may still write them."""
+    """Return modification time and size of each file of a session.
+
+    A run in a terminal may still write them.
+    """
     states = {one.name: one.stat() for one in folder.iterdir() if one.is_file()}
     return {name: (state.st_mtime_ns, state.st_size) for name, state in states.items()}

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find, stock_files
 from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.bench.job import bench_store
@@ -77,8 +78,9 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
 
 
 def _kinds() -> dict[str, dict[str, Any]]:
-    """Return what is judged in each kind of phase: its friction, and the measurements that are taken from it.
+    """Return what is judged in each kind of phase.
 
+    That is its friction, and the measurements that are taken from it.
     What is taken from the motion of the whole run is no step's: where friction passed a limit, an exceedance says it.
     """
     return {
@@ -104,8 +106,8 @@ def main() -> int:
         try:
             json.dump(survey(given.bench, given.station, given.sessions), answer)
         except InputError as error:
-            print(error, file=sys.stderr)  # noqa: T201
-            return 2
+            json.dump({"wrong": str(error)}, answer)
+            return ExitCode.BAD_INPUT
     return 0
 
 

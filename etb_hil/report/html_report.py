@@ -141,7 +141,7 @@ def render_page(
         prompts=results.prompts[:_MOST_PROMPTS],
         photos=[(text, ours(photo)) for text, photo in photos],
         exceedances=_highest(results.exceedances),
-        no_exceedance=_no_exceedance(results, has_friction=has_friction),
+        no_exceedance=_sentence(_no_exceedance(results, has_friction=has_friction)),
         messages=results.bus.messages[:_MOST_MESSAGES],
         inputs=results.inputs[:_MOST_INPUTS],
         run_id=_sentence(results.run_id[:90]),

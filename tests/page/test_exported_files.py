@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from etb_hil.page.session_files import SessionFiles, TestRuns
+from etb_hil.page.session_files import BenchInUse, SessionFiles
 
 EXPORTS = """
 import pathlib, sys
@@ -55,7 +55,7 @@ def test_no_file_is_made_once_a_test_has_begun_while_another_one_was_made(sessio
         await asyncio.sleep(0)
         testing.append(True)
         await first
-        with pytest.raises(TestRuns):
+        with pytest.raises(BenchInUse):
             await second
 
     asyncio.run(exported())

@@ -40,7 +40,7 @@ def test_kinds_of_phases_say_what_is_judged_in_them(kinds):
         ("of a plug-in that is gone", {}, "done, not judged"),
         ("release", {}, "done, not judged"),
         ("release", {"measurements": [RETURN | {"verdict": "pass"}]}, "✓ within limits"),
-        ("release", {"measurements": [RETURN]}, "✗ beyond the limit: Return time"),
+        ("release", {"measurements": [RETURN]}, "✗ beyond the limit: Unpowered return time from wide open"),
         ("ramp", {"measurements": [RETURN]}, "✓ within limits"),
         ("step", {"measurements": [STEP_RISE]}, "? not decided: "),
         ("ramp", {"exceedances": [ABOVE]}, "✗ above a limit 1 times, at most 0.3 N·m of 0.26 N·m"),

@@ -12,6 +12,8 @@ import atexit, os
 print("hello from the plug-in", flush=True)
 os.write(1, b"hello from its library\\n")
 atexit.register(print, "goodbye")
+from etb_hil.plugins.readers import Reader
+READER = Reader("mine", (".mine",), open)
 """
 
 
@@ -28,6 +30,13 @@ def bench(tmp_path):
     return bench
 
 
+def served_once(bench, folder):
+    return subprocess.run(
+        [sys.executable, "-m", "etb_hil", "page", "--port", "0", "--bench", str(bench)],
+        cwd=folder, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+
+
 def test_what_a_plugin_prints_goes_to_standard_error(bench, tmp_path):
     command = [sys.executable, "-m", "etb_hil", "page", "--port", "0", "--bench", str(bench(TALKS))]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as page:
@@ -38,12 +47,15 @@ def test_what_a_plugin_prints_goes_to_standard_error(bench, tmp_path):
         assert line in said
 
 
+def test_what_is_wrong_with_a_talking_plugin_is_told_at_the_end(bench, tmp_path):
+    done = served_once(bench("print('hello')\n"), tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[0] == "hello"
+    assert "talks_pd.py: the file declares no part" in done.stderr.splitlines()[-1]
+
+
 def test_a_survey_that_ends_early_is_a_stated_error(bench, tmp_path):
-    path = bench("import os\nos._exit(3)\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "etb_hil", "page", "--port", "0", "--bench", str(path)],
-        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120,
-    )  # fmt: skip
+    done = served_once(bench("import os\nos._exit(3)\n"), tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("the bench cannot be surveyed: exit code 3")
     assert "Traceback" not in done.stderr
