@@ -282,9 +282,12 @@ def _attempt(
             spent_ns=spent_ns,
         ).run()
         found = analysis.finish(complete=record.is_complete)
+        try:
+            events.close()
+            log.close()  # which completes its header: the checksums are of files that nobody writes to any more
+        except RecordingFault as fault:
+            record.miss_frames(str(fault))
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
-        events.close()
-        log.close()  # which completes its header: the checksums are of files that nobody writes to any more
         session.write_results(results)
         run_id = session.run_id if attempt == 1 else f"{session.run_id}_attempt-{attempt}"
         warnings = (*keep_photos(session.folder, record.answers), *_queued(session, results, run_id))

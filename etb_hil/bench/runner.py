@@ -304,10 +304,7 @@ class Runner:
         try:
             self._tap.finish()
         except RecordingFault as fault:
-            self._record.is_recorded = False
-            if self._record.outcome is BenchOutcome.OK:
-                self._record.outcome, self._record.reason_id = BenchOutcome.FAULT, "not_recorded"
-                self._record.reason = str(fault)
+            self._record.miss_frames(str(fault))
 
     def _show(self, now_ns: int) -> None:
         seen = self._beat.supervisor

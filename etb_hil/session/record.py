@@ -97,6 +97,15 @@ class RunRecord:
         """Whether every phase of the scenario was run to its end."""
         return not self.reason_id or self.reason_id == "safe_state_not_verified"
 
+    def miss_frames(self, why: str) -> None:
+        """Note that the log lacks frames.
+
+        A run that was well until then is a bench fault.
+        """
+        self.is_recorded = False
+        if self.outcome is BenchOutcome.OK:
+            self.outcome, self.reason_id, self.reason = BenchOutcome.FAULT, "not_recorded", why
+
     def details(self) -> dict[str, Any]:
         """Return what the last event of a run keeps."""
         plain = asdict(self)

@@ -95,7 +95,20 @@ def test_every_measurement_of_the_table_exists():
 
 
 @pytest.mark.parametrize(
-    "code", ["P11_1", "P1 11", "P0x1", "P211", "P21199", "X2119", "P4119", "P+119", "P21\u06619", "P211G", ""]
+    "code",
+    [
+        "P11_1",
+        "P1 11",
+        "P0x1",
+        "P211",
+        "P21199",
+        "X2119",
+        "P4119",
+        "P+119",
+        "P21\N{ARABIC-INDIC DIGIT ONE}9",
+        "P211G",
+        "",
+    ],
 )
 def test_what_is_no_trouble_code_is_refused(code):
     with pytest.raises(ValueError, match="must be a trouble code, such as P2119"):

@@ -94,5 +94,6 @@ def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
     assert "not detectable in these data" in limits["end_stop_compliance"]["text"]  # the sweep meets no stop
     assert (limits["end_stop_compliance"]["limit"], limits["end_stop_compliance"]["within_bounds"]) == (None, False)
     measured = findings.balances[0].measured
-    as_linear = SimpleNamespace(balances=[SimpleNamespace(measured=replace(measured, is_linear=True))])
+    linear = SimpleNamespace(measured=replace(measured, is_linear=True))
+    as_linear = SimpleNamespace(balances=[linear], is_linear=True)
     assert where_it_went(as_linear) == "0.199 to 1.28 m"

@@ -13,14 +13,14 @@ from etb_hil.session.differences import changes, changes_text
 
 
 def test_results_that_were_changed_are_not_believed(tmp_path):
-    path = write_checked(tmp_path / "own.json", "äöü\n", "make room")
+    path = write_checked(tmp_path / "own.json", "äöü\n", (), "make room")
     digest = hashlib.sha256("äöü\n".encode()).hexdigest()
     assert (tmp_path / SUMS).read_text("utf-8") == f"{digest}  own.json\n"
     require_unchanged(path)
     path.write_text("äöü \n", "utf-8")
     with pytest.raises(InputError, match="was changed after the run"):
         require_unchanged(path)
-    write_checked(path, "other\n", "make room")
+    write_checked(path, "other\n", (), "make room")
     require_unchanged(path)
     (tmp_path / SUMS).unlink()
     path.write_text("of an earlier version", "utf-8")

@@ -141,7 +141,9 @@ class TextLog:
     def _header(self, text: bytes) -> int:
         """Take in whole lines of an ASC log's header and return where its events start."""
         header = read_header(text)
-        self._base, self.begin_ns = header.base or self._base, header.begin_ns or self.begin_ns
+        self._base = header.base or self._base
+        if header.begin_ns is not None:
+            self.begin_ns = header.begin_ns
         if header.is_running:
             self.notes.append(f"{self.path}: its stamps count from the event before and were taken as they stand")
         for line, what in header.unknown:
