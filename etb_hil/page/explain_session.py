@@ -8,6 +8,7 @@ It prints what it does, a JSON text a line, and leaves the answer in the session
 from __future__ import annotations
 
 import json
+import signal
 import sys
 from pathlib import Path
 
@@ -20,8 +21,9 @@ from etb_hil.page.session_files import EXPLANATION
 def main() -> int:
     """Explain the session that the argument names.
 
-    An interrupt ends the search with what is known by then.
+    SIGTERM ends the search with what is known by then.
     """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGINT is ignored where a script began the page
     folder = Path(sys.argv[1])
     try:
         answer = explain(folder, progress=_say)

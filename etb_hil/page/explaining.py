@@ -46,7 +46,7 @@ class Explaining:
         self._is_ended = True
         if self._process is not None:  # else it is about to be started
             with contextlib.suppress(ProcessLookupError):
-                self._process.send_signal(signal.SIGINT)
+                self._process.send_signal(signal.SIGTERM)
         return True
 
     def state(self) -> dict[str, str]:
@@ -74,7 +74,7 @@ class Explaining:
             stdin=quiet, stdout=pipe, stderr=quiet,
         )  # fmt: skip
         if self._is_ended:
-            process.send_signal(signal.SIGINT)
+            process.send_signal(signal.SIGTERM)
         assert process.stdout is not None  # noqa: S101 (it is piped)
         while True:
             try:
