@@ -340,6 +340,14 @@ def test_two_names_of_one_number_are_two_channels(tmp_path):
     assert notes[0].endswith("left is channel 0, right is channel 1, can1 is channel 2")
 
 
+@pytest.mark.parametrize("name", ["canfd", "CANFD", "a", "interface_with_15"])
+def test_any_name_of_an_interface_is_read(tmp_path, name):
+    path = tmp_path / "named.log"
+    path.write_text(f"(1.0) {name} 123#00\n(1.1) {name} 123##101\n")
+    got, notes = read(path)
+    assert (got.channel.tolist(), notes) == ([15 if name[-1] == "5" else 0] * 2, [])
+
+
 def test_names_with_numbers_of_their_own_keep_them(tmp_path):
     path = tmp_path / "own.log"
     path.write_text("".join(f"({n}.0) {name} 123#00\n" for n, name in enumerate(("vcan12", "can0", "vcan12", "can3"))))

@@ -43,7 +43,8 @@ _HALF = re.compile(
     re.IGNORECASE,
 )
 _EVENT = re.compile(rb"\s*\d")  # of an ASC log: it starts with its time
-_CHANNEL = re.compile(rb"\s*\S+\s+(?:canfd\s+)?(\S+)", re.IGNORECASE)
+# Where a line names its channel. An interface of candump may be called `canfd`, which in ASC is a word before it.
+_CHANNEL = {".asc": re.compile(rb"\s*\S+\s+(?:canfd\s+)?(\S+)", re.IGNORECASE), ".log": re.compile(rb"\s*\S+\s+(\S+)")}
 _CHECK = "check that the file is what its name says"
 _DAMAGED = "damaged"  # kind of a note
 
@@ -191,7 +192,7 @@ class TextLog:
 
     def _is_numbered(self, line: bytes) -> bool:
         """Give the channel of a line its number; False where there is none for it."""
-        found = _CHANNEL.match(line)
+        found = _CHANNEL[self._suffix].match(line)
         name = b"" if found is None else found[1]
         number = self._channels.number(name.decode("utf-8", "replace"))
         if number is None:
