@@ -92,5 +92,5 @@ def _sums_of(path: Path) -> list[str]:
     if not sums.exists():
         return []
     lines = read_bytes(sums).decode("utf-8", "replace").splitlines()
-    entries = [line.split("  ", 1) for line in lines]
-    return [entry[0] for entry in entries if len(entry) > 1 and entry[1] == path.name]
+    entries = (line.partition("  ") for line in lines)
+    return [sha256 for sha256, _, name in entries if name == path.name]

@@ -17,13 +17,17 @@ from etb_hil.results.json_file import result_as_dict
 from etb_hil.session.dependencies import made_by
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
+    from etb_hil.recording.recording import Recording
     from etb_hil.recording.samples import Float64, Int64
     from etb_hil.results.run_result import RunResult
     from etb_hil.session.finished import Finished
 
+    _Timed = tuple[Int64, Mapping[str, Float64]]  # times in ns, and columns of values at these times
+
 _COMPARED = {"value": "", "limit_low": ", lower limit", "limit_high": ", upper limit", "verdict": ", verdict"}
+_CODE = {("versions",), ("plugins",)}  # of results: what made them
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,53 +49,64 @@ class Divergence:
 def first_divergence(here: Finished, there: Finished) -> Divergence | None:
     """Return the earliest sample in which two runs differ, or None.
 
-    Estimates at 1 kHz count as well; NaN equals NaN.
+    Estimates at 1 kHz count as well. NaN equals NaN, and a signal that one run lacks is NaN there.
     """
-    origin = there.record.start_ns
-    found = [*_samples(here, there, origin), *_estimates(here, there)]
+    origin_ns = there.record.start_ns
+    found = [*_samples(here, there, origin_ns), *_estimates(here, there, origin_ns)]
     return min(found, key=lambda divergence: divergence.time_s, default=None)
 
 
 def _samples(here: Finished, there: Finished, origin_ns: int) -> Iterator[Divergence]:
     ours, theirs = here.analysis.recording, there.analysis.recording
     for source in dict.fromkeys((*ours.sources, *theirs.sources)):
-        if source not in ours.sources or source not in theirs.sources:
-            only = ours if source in ours.sources else theirs
-            time_s = (int(only.block(source).time_ns[0]) - origin_ns) * 1e-9
-            yield Divergence(source, time_s, *((1.0, np.nan) if only is ours else (np.nan, 1.0)))
-            continue
-        mine, other = ours.block(source), theirs.block(source)
-        count = min(len(mine), len(other))
-        index = _first(mine.time_ns[:count], other.time_ns[:count])
-        if index is None and len(mine) != len(other):
-            index = count
-        if index is not None:
-            times = [float(b.time_ns[index] - origin_ns) * 1e-9 if index < len(b) else np.nan for b in (mine, other)]
-            yield Divergence(f"{source}.time", float(np.nanmin(times)), *times)
-        for role in sorted(mine.columns.keys() & other.columns.keys()):
-            yield from _values(f"{source}.{role}", mine.time_ns, mine.columns[role], other.columns[role], origin_ns)
+        mine, other = (_timed(recording, source) for recording in (ours, theirs))
+        yield from _divergences(source, mine, other, origin_ns)
 
 
-def _values(signal: str, time_ns: Int64, mine: Float64, other: Float64, origin_ns: int) -> Iterator[Divergence]:
-    count = min(len(mine), len(other))
-    mine, other = np.ascontiguousarray(mine[:count]), np.ascontiguousarray(other[:count])
-    bits = np.where(np.isnan(mine) & np.isnan(other), 0, mine.view(np.int64) ^ other.view(np.int64))
-    index = _first(bits, np.zeros_like(bits))
+def _timed(recording: Recording, source: str) -> _Timed:
+    if source not in recording.sources:
+        return np.empty(0, np.int64), {}
+    block = recording.block(source)
+    return block.time_ns, block.columns
+
+
+def _estimates(here: Finished, there: Finished, origin_ns: int) -> Iterator[Divergence]:
+    mine, other = (
+        (
+            found.start_ns + np.rint(found.series["time"] * 1e9).astype(np.int64),
+            {name: found.series[name] for name in ("velocity", "friction")},
+        )
+        for found in (here.found, there.found)
+    )
+    yield from _divergences("estimate", mine, other, origin_ns)
+
+
+def _divergences(source: str, mine: _Timed, other: _Timed, origin_ns: int) -> Iterator[Divergence]:
+    """Yield the first difference of the times of one source, and of each column."""
+    (my_ns, my_columns), (other_ns, other_columns) = mine, other
+    count = min(len(my_ns), len(other_ns))
+    index = _first(my_ns[:count], other_ns[:count])
+    if index is None and len(my_ns) != len(other_ns):
+        index = count
     if index is not None:
-        yield Divergence(signal, (int(time_ns[index]) - origin_ns) * 1e-9, float(mine[index]), float(other[index]))
+        times = [(int(one[index]) - origin_ns) * 1e-9 if index < len(one) else np.nan for one in (my_ns, other_ns)]
+        yield Divergence(f"{source}.time", float(np.nanmin(times)), *times)
+    missing = np.full(count, np.nan)
+    for name in sorted(my_columns.keys() | other_columns.keys()):
+        here, there = (columns.get(name, missing)[:count] for columns in (my_columns, other_columns))
+        index = _first(_bits(here), _bits(there))
+        if index is not None:
+            time_s = (int(my_ns[index]) - origin_ns) * 1e-9
+            yield Divergence(f"{source}.{name}", time_s, float(here[index]), float(there[index]))
 
 
-def _estimates(here: Finished, there: Finished) -> Iterator[Divergence]:
-    mine, other = here.series, there.series
-    time_ns = np.rint(mine["time"] * 1e9).astype(np.int64)
-    for name in ("velocity", "friction"):
-        yield from _values(name, time_ns, mine[name], other[name], 0)
+def _bits(values: Float64) -> Int64:
+    """Return the bits of values; those of every NaN are the same."""
+    return np.where(np.isnan(values), np.nan, values).view(np.int64)
 
 
 def _first(mine: Int64, other: Int64) -> int | None:
-    differs = mine != other
-    index = int(differs.argmax()) if len(differs) else 0
-    return index if len(differs) and differs[index] else None
+    return next(iter(np.flatnonzero(mine != other).tolist()), None)
 
 
 def first_difference(finished: Finished) -> str | None:
@@ -128,31 +143,26 @@ def _compared(finished: Finished) -> tuple[str | None, ExitCode]:
         live = finished.session.read_results_unchecked()
     except InputError as error:
         return str(error), ExitCode.BAD_INPUT
-    found = _difference(result_as_dict(live), result_as_dict(finished.results), "")
+    found = _difference(result_as_dict(live), result_as_dict(finished.results))
     same_code = made_by(live.versions, live.plugins) == made_by(finished.results.versions, finished.results.plugins)
     is_other = found is not None and same_code
     return found, ExitCode.INCONCLUSIVE if is_other else ExitCode.DONE
 
 
-def _difference(before: object, now: object, key: str) -> str | None:
+def _difference(before: object, now: object, *keys: str) -> str | None:
+    """Return the first key at which two values differ, with both, or None."""
     if isinstance(before, dict) and isinstance(now, dict):
-        names = [name for name in dict.fromkeys((*before, *now)) if f"{key}{name}" not in {"versions", "plugins"}]
-        pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
+        names = [name for name in dict.fromkeys((*before, *now)) if (*keys, name) not in _CODE]
+        pairs = [(name, before.get(name), now.get(name)) for name in names]
     elif isinstance(before, list) and isinstance(now, list):
         if len(before) != len(now):
-            return f"{key.removesuffix('.')}: {len(before)} of them live, {len(now)} now"
-        pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]
+            return f"{'.'.join(keys)}: {len(before)} of them live, {len(now)} now"
+        pairs = [(str(index), one, now[index]) for index, one in enumerate(before)]
     elif before == now or (before != before and now != now):  # noqa: PLR0124 (NaN)
         return None
     else:
-        return f"{key}: {shortened(repr(before))} live, {shortened(repr(now))} now"
-    return next(
-        (found for name, a, b in pairs if (found := _difference(a, b, f"{name}." if _nested(a) else name))), None
-    )
-
-
-def _nested(value: object) -> bool:
-    return isinstance(value, dict | list)
+        return f"{'.'.join(keys)}: {shortened(repr(before))} live, {shortened(repr(now))} now"
+    return next((found for name, one, other in pairs if (found := _difference(one, other, *keys, name))), None)
 
 
 def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
@@ -167,7 +177,7 @@ def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
         unit, name = next((one.unit, one.name) for one in (new, old) if one is not None)
         for key, called in _COMPARED.items():
             a, b = getattr(old, key, None), getattr(new, key, None)
-            if a != b and key != "verdict":
+            if key != "verdict":
                 a, b = _quantities(a, b, unit)
             rows.append((f"{name}{called}", a, b))
     rows.append(("exceedances", len(before.exceedances), len(now.exceedances)))
@@ -193,5 +203,5 @@ def changes_text(rows: list[tuple[str, str, str]]) -> str:
     table = [("", "before", "now"), *rows]
     widths = [max(len(row[column]) for row in table) for column in range(3)]
     return "\n".join(
-        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
+        "  " + "  ".join(row[column].ljust(width) for column, width in enumerate(widths)).rstrip() for row in table
     )
