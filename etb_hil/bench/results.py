@@ -45,7 +45,6 @@ def results_of(
 def _without_words(
     session: Session, bench: Bench, limits: Limits, record: RunRecord, analysis: Analysis, found: DiagnosisResult
 ) -> RunResult:
-    verdict = found.verdict if record.outcome is BenchOutcome.OK else None
     return RunResult(
         run_id=session.run_id,
         unit=_unit(session, limits, record, found),
@@ -55,7 +54,7 @@ def _without_words(
         model=session.model,
         seed=session.seed,
         duration_s=(record.end_ns - record.start_ns) * 1e-9,
-        exit_code=int(exit_code(record.outcome, verdict)),
+        exit_code=int(exit_code(record.outcome, found.verdict)),
         timestamp_grade=str(analysis.recording.clock),
         clock=grade_clock(analysis.recording),
         measurements=found.measurements,
@@ -110,24 +109,22 @@ def _pauses(record: RunRecord) -> list[tuple[int, int]]:
 
 
 def _exceedance(episode: Exceedance, record: RunRecord) -> run_result.Exceedance:
-    start_s = (episode.start_ns - record.start_ns) * 1e-9
     return run_result.Exceedance(
         episode.kind,
-        start_s,
+        (episode.start_ns - record.start_ns) * 1e-9,
         (episode.end_ns - record.start_ns) * 1e-9,
         episode.peak,
         episode.limit,
         episode.angle,
         episode.velocity,
         None if math.isnan(episode.temperature) else episode.temperature,
-        _phase_at(start_s, record),
+        _phase_at(episode.start_ns, record),
         episode.allowance,
     )
 
 
-def _phase_at(time_s: float, record: RunRecord) -> str:
+def _phase_at(time_ns: int, record: RunRecord) -> str:
     """Return the id of the phase that a time of the run lies in."""
-    time_ns = record.start_ns + round(time_s * 1e9)
     return next((phase.id for phase in reversed(record.phases) if phase.start_ns <= time_ns), "")
 
 
