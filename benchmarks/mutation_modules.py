@@ -35,7 +35,7 @@ MODULES = {
     "bench/stop_signals": Tests("bench/test_stop_signals trusted/test_safe_stop_verbs"),
     "bench/guided": Tests("bench/test_guided"),
     "bench/guided_process": Tests("bench/test_guided"),
-    "bench/results": Tests("bench/test_attempts"),
+    "bench/results": Tests("bench/test_results bench/test_attempts"),
     "cli/batch": Tests("cli/test_batch"),
     "cli/ci_output": Tests("cli/test_ci_output"),
     "cli/replay_options": Tests("replay/test_replay_options"),
@@ -48,8 +48,10 @@ MODULES = {
     "session/answer_time": Tests("bench/test_answer_time bench/test_supervision"),
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
     "session/baseline": Tests("session/test_baseline"),
-    "session/checksum": Tests("session/test_results_changed"),
-    "session/differences": Tests("session/test_results_changed"),
+    "session/checksum": Tests(
+        "session/test_results_changed session/test_session_and_events trusted/test_tampered_session"
+    ),
+    "session/differences": Tests("session/test_differences session/test_results_changed"),
     "diagnosis/limits": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
     "diagnosis/limits_file": Tests(f"{LIMITS} diagnosis/test_new_measurement"),
     "diagnosis/limit_laws": Tests(LIMITS),
