@@ -134,6 +134,10 @@ def test_the_surest_place_of_a_spring_elsewhere_is_named():
     assert withheld(local=pushed()) == []
 
 
+def test_a_torque_at_its_threshold_is_no_spring_elsewhere():
+    assert withheld(local=pushed((40.0, 0.05, 0.0))) == []
+
+
 @pytest.mark.parametrize(
     ("opening", "closing", "is_said"), [(30, 30, False), (29, 30, True), (30, 29, True), (500, 0, True)]
 )
@@ -313,6 +317,7 @@ def test_springs_that_are_both_off_may_be_the_currents_gain(off, low, high):
         (-0.2, 1.5 / 0.95, 0.95 * 0.86, 1.0),
         (-0.2, 1.5 / 0.8, 0.77, 1.0),
         (-0.2, 1.5 / 1.25, 1.0, 1.0),
+        (-0.2, 0.75, 1.0, 1.0),
         (0.0, 1.5 / 1.25, 1.0, 1.0),
     ],
 )
