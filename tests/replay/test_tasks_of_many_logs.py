@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import re
 import shutil
 import time
@@ -15,7 +16,7 @@ from whole_run import run_on
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.logs.blf import read_blf
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.observer.registry import OBSERVERS
 from etb_hil.replays.many_logs import PROGRESS, judge_many, judge_task, tasks_for
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, Outcome
@@ -190,10 +191,19 @@ def test_a_log_is_judged_with_its_bench_channel_and_first_stamp(live):
     found = judge_task(task)
     assert (found.key, found.path, found.status, found.error) == (task.key, str(task.source), JUDGED, None)
     assert (found.bench, found.channel, found.segments) == (task.rules.bench.name, 0, 1)
-    assert found.judged.start_ns == int(concatenate_frames(read_blf(live.session.raw_log)).stamp_ns[0])
-    assert found.judged.deciding_s == pytest.approx(0.0, abs=1e-3)
     assert 0.0 < found.wall_s < time.perf_counter() - wall
     assert 0.0 < found.processor_s < time.process_time() - processor
+
+
+def test_a_logs_times_count_from_its_first_stamp(live, tmp_path):
+    frames = concatenate_frames(read_blf(live.session.raw_log))
+    for first_ns in (0, 1_000_000, 5_000_000_000):
+        frames.stamp_ns += first_ns - frames.stamp_ns[0]
+        log = BlfLog(tmp_path / "log.blf", first_ns)
+        log.write(frames)
+        log.close()
+        part = judge_task(tasks_for([tmp_path / "log.blf"], [(RULES, None)], None, None)[0]).judged
+        assert (part.start_ns, part.deciding_s) == (first_ns, 0.0)
 
 
 def test_a_long_log_is_judged_in_segments(live):
@@ -241,6 +251,16 @@ def test_other_results_than_live_are_said(edited):
 def test_what_is_judged_by_other_rules_is_not_held_against_the_live_results(edited, other):
     found = judge_task(tasks_for([edited], [], **{"model": None, "limits": None, **other})[0])
     assert (found.status, found.differs, found.judged.verdict) == (JUDGED, None, "inconclusive")
+
+
+def test_live_results_that_cannot_be_read_are_named_as_utf8(live, tmp_path_factory):
+    """The folder of a session may have any name."""
+    folder = shutil.copytree(live.session.folder, tmp_path_factory.mktemp("any") / os.fsdecode(b"lo\xe9"))
+    (folder / "results.json").write_text("{")
+    found = judge_task(tasks_for([folder], [], None, None)[0])
+    assert found.status == JUDGED
+    assert "lo\\udce9/results.json" in found.differs
+    found.differs.encode()
 
 
 def test_a_session_without_results_is_judged_alone(edited):
