@@ -194,7 +194,7 @@ def _judged(task: Task) -> Outcome:
             differs, code = compare_with_live(finished)
             part = replace(part, exit_code=int(code))
         notes = as_utf8("\n".join([*finished.warnings, *finished.analysis.recording.notes]))
-        return replace(about, judged=part, segments=1, notes=notes, differs=differs and as_utf8(differs))
+        return replace(about, judged=part, segments=1, notes=notes, differs=differs)
     frames = Frames([task.source], task.channel, task.window)
     job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
     parts = [

@@ -185,14 +185,14 @@ def test_a_sound_outcome_of_another_form_is_judged_again_without_a_word(tasks, t
     assert asked_next(tasks, tmp_path) == ([task.key for task in tasks], [])
 
 
-def test_a_log_is_judged_with_its_bench_channel_and_first_stamp(live):
+def test_a_log_is_judged_with_its_bench_channel_and_times(live):
     (task,) = tasks_for([live.session.raw_log], [(rule_files(live.session), 0)], None, None)
     wall, processor = time.perf_counter(), time.process_time()
     found = judge_task(task)
     assert (found.key, found.path, found.status, found.error) == (task.key, str(task.source), JUDGED, None)
     assert (found.bench, found.channel, found.segments) == (task.rules.bench.name, 0, 1)
-    assert 0.0 < found.wall_s < time.perf_counter() - wall
-    assert 0.0 < found.processor_s < time.process_time() - processor
+    assert 0.0 <= found.wall_s <= time.perf_counter() - wall
+    assert 0.0 <= found.processor_s <= time.process_time() - processor  # some kernels count by ticks
 
 
 def test_a_logs_times_count_from_its_first_stamp(live, tmp_path):
