@@ -96,7 +96,7 @@ def test_any_value_up_to_ten_to_the_hundredth_is_read(values, is_temperature):
     name = "temperature" if is_temperature else "T_st"
     run = run_of(RUN, UNIT, OUTCOME, {name: (*values, "N·m")})
     if is_temperature:
-        assert (run.temperature, run.numbers) == (values[0], {})
+        assert (run.temperature, run.numbers) == (float(values[0]), {})  # an integer beyond 2^53, too
     else:
         assert run.numbers["T_st"] == (*(float(one) for one in values), "N·m")
         assert all(type(one) is float for one in run.numbers["T_st"][:5])
