@@ -191,7 +191,8 @@ def spring_or_friction(results: RunResult) -> str:
 
 
 def _detailed(sentence: str, detail: str) -> str:
-    return f"{sentence.removesuffix('.')} ({detail})." if detail else sentence
+    """Return a sentence with a detail in brackets, where it does not say that already."""
+    return f"{sentence.removesuffix('.')} ({detail})." if detail and detail not in sentence else sentence
 
 
 class _Shown:

@@ -22,6 +22,11 @@ class Measured:
     estimate: Estimate
     measurement: Measurement
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether a limit is stated for the value, be there one or none."""
+        return self.measurement.limit_low is not None or self.measurement.limit_high is not None
+
 
 def failed_remarks(measured: Iterable[Measured]) -> list[Reason]:
     """Return a remark on the measurements whose plug-in failed."""

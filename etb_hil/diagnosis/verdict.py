@@ -33,12 +33,7 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     measured for a pass, where the run has the phases for it; limits that need other phases are said to be not judged.
     """
     judged = [one for one in measured if one.measurement.is_judged]
-    found = {name for one in judged for name in (one.kind.id, one.measurement.id)}
-    missing = {
-        name: kind
-        for name, kind in grounds.limited.items()
-        if name not in found and (not kind.phases or kind.phases & grounds.phases)
-    }
+    missing = _missing(measured, grounds)
     without_signal = [
         _without_signal(name, kind, grounds) for name, kind in missing.items() if not kind.roles <= grounds.roles
     ]
@@ -76,6 +71,18 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     if not math.isnan(grounds.seen[0]):
         words += f"; seen from {_degrees(grounds.seen[0])} to {_degrees(grounds.seen[1])}, and of no other place"
     return UnitVerdict.PASS, (Reason("within_limits", words), *remarks)
+
+
+def _missing(measured: Sequence[Measured], grounds: Grounds) -> dict[str, MeasurementKind]:
+    """Return what a limit applies to and has no value, by its id.
+
+    Of several values each counts: what others of them are says nothing of one that the run could not measure.
+    """
+    judged = {name for one in measured if one.measurement.is_judged for name in (one.kind.id, one.measurement.id)}
+    without = {one.measurement.id: one.kind for one in measured if one.measurement.value is None and one.is_limited}
+    named = {kind.id for id_, kind in without.items() if id_ != kind.id}
+    missing = {name: kind for name, kind in grounds.limited.items() if name not in judged | named} | without
+    return {name: kind for name, kind in missing.items() if not kind.phases or kind.phases & grounds.phases}
 
 
 def _degrees(angle: float) -> str:
@@ -313,7 +320,7 @@ def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     for one in judged:
         if one.measurement.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
-        if grounds.unseen is not None and not one.estimate.may_pass:
+        if grounds.unseen is not None and not one.estimate.may_pass and one.estimate.undecided is None:
             continue  # the way that was not seen is a doubt by itself, and repeating narrows no interval of it
         if one.measurement.interval is None:
             text = f"{shown.sentence(one.measurement)}; without an interval it is held against no limit"

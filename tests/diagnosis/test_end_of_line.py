@@ -9,6 +9,7 @@ from end_of_line_faults import FAULTS
 from end_of_line_study import job_of, judged, run
 
 from etb_hil.base.outcome import UnitVerdict
+from etb_hil.diagnosis.limits import Limit, Limits
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 
 STEPS = [f"{size}_{way}" for size in ("small", "large") for way in ("opening", "closing")]
@@ -81,6 +82,21 @@ def test_a_plate_that_does_not_come_back_has_the_time_that_it_was_given(job):
     assert found.value == pytest.approx(0.6, abs=2e-3)
     assert "not at rest" in found.note
     assert np.degrees(motion[-1, 1]) < 7.0
+
+
+def judged_by_times_alone(job):
+    """Return the job with limits of times that are longer than what the scenario gives the plate."""
+    names = ("return_time_open", "return_time_closed", "step_settling")
+    return replace(job, limits=Limits("A-1", "1", 0.0, {name: Limit(high=1.0) for name in names}))
+
+
+def test_no_unit_passes_by_a_return_that_the_scenario_did_not_wait_for(job):
+    fault = next(fault for fault in FAULTS if fault.measurement == "T_st")
+    found = run(judged_by_times_alone(job), fault.unit(job.model), 29)[0].found
+    assert found.measurements["return_time_open"].verdict is UnitVerdict.INCONCLUSIVE
+    assert found.verdict is UnitVerdict.INCONCLUSIVE
+    said = {reason.id: reason.text for reason in found.reasons}
+    assert "at 80." in said["return_time_open_not_measured"]
 
 
 def test_the_jump_at_limp_home_does_not_bend_the_spring_below_it(job):

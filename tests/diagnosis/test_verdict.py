@@ -285,6 +285,20 @@ def test_a_limit_that_was_not_measured_with_all_its_signals_says_why():
     assert reasons[0].text.endswith("the motion of this run does not show it")
 
 
+def test_one_of_several_values_that_was_not_measured_is_a_doubt_whatever_the_others_say():
+    passed = measured(STEP.id, PASS, suffix="_large_opening")
+    passed = replace(passed, measurement=replace(passed.measurement, id="step_delay_large_opening"))
+    lost = Measurement("step_delay_small_opening", "step delay", None, "s", limit_high=0.03)
+    found = [*both(), passed, Measured(STEP, Estimate(None, suffix="_small_opening"), lost)]
+    verdict, reasons = conclude(found, replace(GROUNDS, **STEPS, roles=STEP.roles))
+    assert (verdict, [reason.id for reason in reasons]) == (INCONCLUSIVE, ["step_delay_small_opening_not_measured"])
+    assert "small opening" in reasons[0].text
+    assert said(found[:3], **STEPS) == (PASS, ["within_limits"])
+    free = replace(found[3], measurement=replace(lost, limit_high=None))
+    assert said([*found[:3], free], **STEPS) == (PASS, ["within_limits"])
+    assert said(found, limited=STEPS["limited"])[0] is PASS  # a run without the phase
+
+
 def test_a_value_without_an_interval_is_held_against_no_limit():
     (one, other) = both(INCONCLUSIVE, INCONCLUSIVE)
     one = replace(one, measurement=replace(one.measurement, low=None, high=None))
@@ -304,6 +318,9 @@ def test_an_estimate_that_may_not_pass_never_passes():
     assert said(found) == (INCONCLUSIVE, ["T_st_undecided"])
     unseen = Unseen(start=0.4, end=0.7, share=0.2)
     assert said(found, unseen=unseen) == (INCONCLUSIVE, ["places_not_seen"])  # one cause, one reason
+    own = Reason("T_st_late", "the plate was too late for T_st")
+    late = [measured("T_st", INCONCLUSIVE, may_pass=False, undecided=own), measured("T_c", PASS)]
+    assert said(late, unseen=unseen) == (INCONCLUSIVE, ["places_not_seen", "T_st_late"])
     assert said(both(INCONCLUSIVE), unseen=unseen) == (INCONCLUSIVE, ["places_not_seen", "T_st_undecided"])
 
 

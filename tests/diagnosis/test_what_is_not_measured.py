@@ -3,9 +3,11 @@ phase."""
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from end_of_line_study import job_of, run
 
+from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import Limit, Limits
@@ -82,3 +84,24 @@ def test_what_the_motion_does_not_show_is_not_called_a_missing_curve(pushed, who
     assert "too_little_motion" not in reasons
     for name in KINDS.keys() - whole:
         assert "was not measured" in reasons[f"{name}_not_measured"]
+
+
+def test_a_plate_that_did_not_move_in_a_phase_passes_nothing_that_is_measured_in_it(pushed):
+    """A plate that stays at limp-home is there at once after the bridge is switched off, and with no spread."""
+    found, model = pushed
+    names = ["step_rise", "step_settling", "return_time_open", "return_time_closed"]
+    names += ["default_position", "default_position_spread"]
+    diagnosis = Diagnosis(model, Limits("A-1", "1", 0.0, {name: Limit(high=1e9) for name in names}))
+    at_limp_home = {"motor_angle": model.values.limp_home * model.values.gear_ratio}
+    at_limp_home["throttle_angle"] = model.values.limp_home
+    for rows, phase in found:
+        stuck = at_limp_home if phase.kind in {"step", "release"} else {}
+        columns = {role: np.full(len(rows), stuck[role]) if role in stuck else c for role, c in rows.columns.items()}
+        diagnosis.push(replace(rows, columns=columns), phase)
+    result = diagnosis.finish()
+    passed = [one.id for one in result.measurements.values() if one.verdict is UnitVerdict.PASS]
+    assert (result.verdict, passed) == (UnitVerdict.INCONCLUSIVE, [])
+    said = {reason.id for reason in result.reasons}
+    steps = [f"{size}_{way}" for size in ("small", "large") for way in ("opening", "closing")]
+    assert said >= {f"{name}_{step}_not_measured" for name in names[:2] for step in steps}
+    assert said >= {f"{name}_not_measured" for name in names[2:]}

@@ -15,19 +15,24 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
 _LAST = 4  # windows of 50 ms at the end of a hold
+_LONG_S = 0.6  # of a hold: a plate that follows comes to rest within it
+_NOT_AT_REST = "the plate did not come to rest"
 
 
 def _compute(run: Findings) -> Iterator[Estimate]:
     for number, segment in enumerate(run.of("hold"), 1):
         found = list(rests([segment]))[-_LAST:]
+        suffix = "" if number == 1 else f"_{number}"
         if len(found) < _LAST:
+            if segment.time[-1] - segment.time[0] > _LONG_S:
+                yield Estimate(None, note=_NOT_AT_REST, suffix=suffix)
             continue
         value = sum(one.current for one in found) / _LAST
         samples = sum(one.samples for one in found)
         reach = TWO_SIDED_95 * math.hypot(run.zero.noise / math.sqrt(samples), run.zero.current_error)
         note = f"at {math.degrees(found[-1].position):.4g} deg, mean of the last {50 * _LAST} ms"
         interval = Interval(value, value - reach, value + reach)
-        yield run.with_gain(interval, note=note, suffix="" if number == 1 else f"_{number}")
+        yield run.with_gain(interval, note=note, suffix=suffix)
 
 
 MEASUREMENT = MeasurementKind(

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.steps import SUFFIXES, estimates
+from etb_hil.diagnosis.motion.steps import SUFFIXES, settling
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
 
 def _compute(run: Findings) -> Iterator[Estimate]:
-    return estimates(run, lambda response: response.settling)
+    return settling(run)
 
 
 MEASUREMENT = MeasurementKind(

@@ -20,6 +20,7 @@ from etb_hil.diagnosis.motion.repeats import Reading
 from etb_hil.diagnosis.segments import BUS_TIME, COMMAND_AGE, COMMAND_FRAME_AGE, Segment
 from etb_hil.recording.samples import Int64
 
+ARRIVED = 0.5  # share of the commanded way: a plate that goes less far has not followed
 _NEAR_S = 0.03  # of samples after a command: clocks that drift apart by 1e-4 do so by 3 us
 _FEWEST = 3  # samples whose scatter is known
 _MOST_ON_BUS = 0.54e-3  # s, where the bus is not known: two classic frames of 8 bytes at 500 kbit/s

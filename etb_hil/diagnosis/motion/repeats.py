@@ -15,6 +15,8 @@ import numpy as np
 
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
+from etb_hil.diagnosis.measurement_kind import Estimate
+from etb_hil.diagnosis.result import Reason
 
 Reach = tuple[float, float]  # how far an error moves a value, down and up
 
@@ -67,6 +69,15 @@ def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float
         for side in (0, 1)
     )
     return mean, mean - below, mean + above
+
+
+def at_least(value: float, note: str, measurement_id: str, suffix: str = "") -> Estimate:
+    """Return the estimate of a time that had not ended when it was last looked at.
+
+    It is longer than `value` s by an unknown amount: a unit may fail by it and never passes by it.
+    """
+    undecided = Reason(f"{measurement_id}{suffix}_not_measured", note)
+    return Estimate(value, value, value, note, suffix, may_pass=False, undecided=undecided)
 
 
 def _means(errors: Sequence[Sequence[Reach]], side: int) -> list[float]:

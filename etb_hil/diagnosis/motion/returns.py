@@ -11,9 +11,9 @@ import numpy as np
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.between_samples import last_above
-from etb_hil.diagnosis.motion.commands import instant, reports
+from etb_hil.diagnosis.motion.commands import ARRIVED, instant, reports
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import Reach, Reading, mean_with_interval, reach
+from etb_hil.diagnosis.motion.repeats import Reach, Reading, at_least, mean_with_interval, reach
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # rad: production controllers take a default position within 1 deg of the learnt one for right (P1683).
 BACK = math.radians(1.0)
 AWAY = math.radians(3.0)  # from the model's default position: a plate that rests beyond has not come back
+NOT_AWAY = "the plate was not away from limp-home, as commanded, when the bridge was switched off"
 _MEAN_S = 0.05  # of rest, at the end
 _STILL = math.radians(0.1)  # over that time
 
@@ -31,12 +32,14 @@ _STILL = math.radians(0.1)  # over that time
 class Return:
     """One release: its side, its time, and where the plate rests.
 
-    `is_opening`: the plate came from the closed side. `time` in s is how long it took until the plate stays back.
-    `is_back`: whether it came back at all; where not, `time` is how long it was given. `rest` is the encoder's angle in
-    rad, `plate` the plate sensor's (NaN where there is none) with its standard error.
+    `is_opening`: the plate came from the closed side. `is_away`: it was where it was to return from when the bridge was
+    switched off. `time` in s is how long it took until the plate stays back. `is_back`: whether it came back at all;
+    where not, `time` is how long it was given. `rest` is the encoder's angle in rad, `plate` the plate sensor's (NaN
+    where there is none) with its standard error.
     """
 
     is_opening: bool
+    is_away: bool
     is_back: bool
     time: Reading
     rest: float
@@ -70,9 +73,13 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     is_still = float(np.max(angle[end:]) - np.min(angle[end:])) < _STILL
     is_back = is_still and abs(rest - default) <= AWAY + run.model.tolerance("limp_home")
     plate = _plate(segment, float(time[end]))
-    is_opening = bool(angle[0] < default)
+    # A plate that did not move says nothing of the side that it was to come from: the set-point does.
+    asked = float(segment.column("command_position")[off - 1])
+    is_opening = (asked if math.isfinite(asked) else float(angle[0])) < default
+    way = abs(asked - default) if math.isfinite(asked) else 0.0
+    is_away = abs(float(angle[0]) - default) > max(BACK, ARRIVED * way)
     if not is_back:
-        return Return(is_opening, False, Reading(float(time[-1])).since(command), rest, *plate)
+        return Return(is_opening, is_away, False, Reading(float(time[-1])).since(command), rest, *plate)
     found = _stays_within(time, angle - rest, BACK)
 
     def moved(error: float) -> Reach:
@@ -87,7 +94,7 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     # Springs leave the plate at the same place each time, so that repeats have the rounding there in common.
     bounds = moved(math.sqrt(3.0) * encoder.error_of_mean(angle[end:])), (between, between)
     reading = Reading(found, bounds, tuple(shared), (moved(TWO_SIDED_95 * encoder.error_between_samples),))
-    return Return(is_opening, True, reading.since(command), rest, *plate)
+    return Return(is_opening, is_away, True, reading.since(command), rest, *plate)
 
 
 def _plate(segment: Segment, since: float) -> tuple[float, float]:
@@ -111,7 +118,8 @@ def _stays_within(time: Float64, away: Float64, band: float) -> float:
 def return_time(run: Findings, *, is_opening: bool) -> Estimate | None:
     """Return the mean time of the returns from one side.
 
-    Where one did not come back, it is the time that it was given.
+    Where one did not come back, it is the time that it was given: the least that it takes, by which no unit passes.
+    There is no value where a plate was never away.
     """
     found = [one for one in returns(run) if one.is_opening is is_opening]
     if not found:
@@ -120,6 +128,9 @@ def return_time(run: Findings, *, is_opening: bool) -> Estimate | None:
     if stuck is not None:
         where = f"it was at {math.degrees(stuck.rest):.1f} deg then"
         given = stuck.time.value
-        return Estimate(given, given, given, f"not at rest at limp-home within {given:.2f} s: {where}")
+        note = f"not at rest at limp-home within {given:.2f} s: {where}"
+        return at_least(given, note, f"return_time_{'closed' if is_opening else 'open'}")
+    if not all(one.is_away for one in found):
+        return Estimate(None, note=NOT_AWAY)
     mean, low, high = mean_with_interval([one.time for one in found])
     return Estimate(mean, low, high, f"until within 1 deg of rest, mean of {len(found)}")

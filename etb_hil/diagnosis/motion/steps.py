@@ -16,9 +16,9 @@ import numpy as np
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.between_samples import first_above, highest, last_above
-from etb_hil.diagnosis.motion.commands import holds, instant
+from etb_hil.diagnosis.motion.commands import ARRIVED, holds, instant
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval, reach
+from etb_hil.diagnosis.motion.repeats import Reading, at_least, mean_with_interval, reach
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -31,18 +31,20 @@ SETTLED = 0.05  # share of the step about the final angle
 _LEAST = math.radians(1.0)  # a supplier states delay and rise for steps over 1 deg
 _MEAN_S = 0.02  # over which the angles before and after a step are averaged
 _EXACT = np.zeros(5)  # the angles that are read: the first, the last, at 10 %, at 90 %, at the band about the last
-_ARRIVED = 0.5  # share of the commanded step: a plate that goes less far has not followed
 
 
 @dataclass(frozen=True, slots=True)
 class StepResponse:
     """One step from `start` to `end` rad as commanded, and its response.
 
-    Times are in s, the overshoot is a share of the step.
+    Times are in s, the overshoot is a share of the step. `is_settled`: the plate had settled before the angles from
+    which the final one is taken; where not, it was given `given` s.
     """
 
     start: float
     end: float
+    given: float
+    is_settled: bool
     delay: Reading
     rise: Reading
     settling: Reading
@@ -51,28 +53,62 @@ class StepResponse:
     @property
     def group(self) -> str:
         """The step's size and direction, as a suffix of ids."""
-        size = "small" if abs(self.end - self.start) < SMALL else "large"
-        way = "opening" if self.end > self.start else "closing"
-        return f"{size}_{way}"
+        return _group(self.start, self.end)
+
+    @property
+    def note(self) -> str:
+        """What the plate did not do in the time that it was given, in words."""
+        return f"the plate had not settled within {self.given:.2f} s"
 
 
-def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse]:
+@dataclass(frozen=True, slots=True)
+class Unfollowed:
+    """A step from `start` to `end` rad that the plate did not follow.
+
+    It went `way` rad in the `given` s.
+    """
+
+    start: float
+    end: float
+    given: float
+    way: float
+
+    @property
+    def group(self) -> str:
+        """The step's size and direction, as a suffix of ids."""
+        return _group(self.start, self.end)
+
+    @property
+    def note(self) -> str:
+        """What the plate did instead, in words."""
+        asked = self.end - self.start
+        share, whole = self.way / asked, math.degrees(abs(asked))
+        return f"the plate did not follow within {self.given:.2f} s: it went {share * whole:.1f} of {whole:.4g} deg"
+
+
+def _group(start: float, end: float) -> str:
+    size = "small" if abs(end - start) < SMALL else "large"
+    return f"{size}_{'opening' if end > start else 'closing'}"
+
+
+def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse | Unfollowed]:
     """Yield the responses to all steps between two positions that were held."""
     for segment in segments:
         held = [hold for hold in holds(segment) if _lasts(segment, hold)]
         for before, after in pairwise(held):
             if after[0] == before[1] and abs(after[2] - before[2]) >= _LEAST:
-                found = _response(segment, before, after, encoder)
-                if found is not None:
-                    yield found
+                yield _response(segment, before, after, encoder)
 
 
 def estimates(run: Findings, reading: Callable[[StepResponse], Reading]) -> Iterator[Estimate]:
-    """Yield a value of the steps: the mean of each size and direction."""
-    groups: dict[str, list[StepResponse]] = {}
-    for response in run.once(_responses):
-        groups.setdefault(response.group, []).append(response)
-    for suffix, responses in groups.items():
+    """Yield a value of the steps: the mean of each size and direction.
+
+    There is no value where the plate did not follow one of them.
+    """
+    for suffix, (responses, unfollowed) in run.once(_by_group).items():
+        if unfollowed:
+            yield Estimate(None, note=unfollowed[0].note, suffix=f"_{suffix}")
+            continue
         mean, low, high = mean_with_interval([reading(response) for response in responses])
         first = responses[0]
         way = f"{math.degrees(first.start):.4g} to {math.degrees(first.end):.4g} deg"
@@ -80,9 +116,33 @@ def estimates(run: Findings, reading: Callable[[StepResponse], Reading]) -> Iter
         yield Estimate(max(mean, 0.0), max(low, 0.0), high, note, f"_{suffix}")
 
 
-def _responses(run: Findings) -> list[StepResponse]:
+def settling(run: Findings) -> Iterator[Estimate]:
+    """Yield the settling times as `estimates` does.
+
+    A step after which the plate did not settle has the time that it was given.
+    """
+    groups = run.once(_by_group)
+    for estimate in estimates(run, lambda response: response.settling):
+        responses, unfollowed = groups[estimate.suffix.removeprefix("_")]
+        late: list[StepResponse | Unfollowed] = [*unfollowed, *(one for one in responses if not one.is_settled)]
+        if late:
+            longest = max(late, key=lambda one: one.given)
+            yield at_least(longest.given, longest.note, "step_settling", estimate.suffix)
+        else:
+            yield estimate
+
+
+def _by_group(run: Findings) -> dict[str, tuple[list[StepResponse], list[Unfollowed]]]:
+    """Return the responses of each size and direction, and the steps that were not followed."""
     segments = run.of("step")
-    return list(step_responses(segments, encoder_of(run))) if segments else []
+    groups: dict[str, tuple[list[StepResponse], list[Unfollowed]]] = {}
+    for one in step_responses(segments, encoder_of(run)) if segments else ():
+        responses, unfollowed = groups.setdefault(one.group, ([], []))
+        if isinstance(one, Unfollowed):
+            unfollowed.append(one)
+        else:
+            responses.append(one)
+    return groups
 
 
 def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
@@ -91,20 +151,17 @@ def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
 
 def _response(
     segment: Segment, before: tuple[int, int, float], after: tuple[int, int, float], encoder: Encoder
-) -> StepResponse | None:
+) -> StepResponse | Unfollowed:
     time, angle = segment.time[before[0] : after[1]], segment.column("angle")[before[0] : after[1]]
     known = np.isfinite(angle)
     time, seen = time[known], angle[known]
     angle = encoder.corrected(seen)
     command = instant(segment, after[0])
     first = int(np.searchsorted(time, float(segment.time[after[0]])))
-    found = _read(time, angle, first)
-    if (
-        found is None
-        or not found.size * (after[2] - before[2]) > 0.0
-        or abs(found.size) < _ARRIVED * abs(after[2] - before[2])
-    ):
-        return None
+    found, given = _read(time, angle, first), float(time[-1] - time[first])
+    way = _angle_before(time, angle, len(time)) - _angle_before(time, angle, first)
+    if found is None or not way / (after[2] - before[2]) >= ARRIVED:
+        return Unfollowed(before[2], after[2], given, way)
     shared = [[_read(time, other, first) or found for other in both] for both in encoder.otherwise(seen)]
     old, new = (encoder.error_of_mean(angle[_before(time, end)]) for end in (first, len(time)))
     moving = encoder.error_between_samples
@@ -125,6 +182,8 @@ def _response(
     return StepResponse(
         before[2],
         after[2],
+        given,
+        found.settled < float(time[-1]) - _MEAN_S,
         reading(lambda one: one.tenth).since(command),
         reading(lambda one: one.ninth - one.tenth),
         reading(lambda one: one.settled).since(command),
@@ -164,8 +223,8 @@ def _read(time: Float64, angle: Float64, first: int, errors: Float64 = _EXACT) -
     The `errors` (5) in rad are those of the angles that are read.
     """
     old_error, new_error, tenth, ninth, end = errors.tolist()
-    old = float(np.mean(angle[_before(time, first)])) + old_error
-    new = float(np.mean(angle[_before(time, len(time))])) + new_error
+    old = _angle_before(time, angle, first) + old_error
+    new = _angle_before(time, angle, len(time)) + new_error
     size = new - old
     if size == 0.0:
         return None
@@ -177,6 +236,10 @@ def _read(time: Float64, angle: Float64, first: int, errors: Float64 = _EXACT) -
     outside = [last_above(time, sign * (share - 1.0), SETTLED - end / size, first) for sign in (-1.0, 1.0)]
     settled = max((when for when in outside if when is not None), default=float(time[first]))
     return _Read(size, low, high, settled, highest(time, share, first) - 1.0)
+
+
+def _angle_before(time: Float64, angle: Float64, end: int) -> float:
+    return float(np.mean(angle[_before(time, end)]))
 
 
 def _before(time: Float64, end: int) -> slice:
