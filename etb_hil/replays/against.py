@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.replays.log_replay import NothingToJudgeError, judge
 from etb_hil.replays.one_channel import one_channel_each
-from etb_hil.replays.session_replay import conditions_of
-from etb_hil.session.record import read_record
+from etb_hil.replays.session_replay import conditions_of, record_of
 from etb_hil.session.session import open_session
 
 if TYPE_CHECKING:
@@ -28,15 +27,17 @@ _AROUND_NS = 60_000_000_000  # of a longer log, more than this before and behind
 def compare_with_session(job: LogJob, frames: Frames, session: Path) -> Finished:
     """Judge a log by the phases and triggers of a session.
 
-    All is kept from a minute before the session until a minute after it.
+    By a run that did not come to its end no unit passes. All is kept from a minute before the session until a minute
+    after it.
 
     InputError, with what could not be read, where there is nothing to judge.
     """
     opened = open_session(session)
-    record = read_record(opened.events)
+    record = record_of(opened)
     blocks = one_channel_each(_around(frames, record, job.paths[0]), job.rules.setup.dialect, job.paths[0])
     try:
-        return judge(replace(job, phases=tuple(record.phases), conditions=conditions_of(opened)), blocks)
+        known = replace(job, phases=tuple(record.phases), conditions=conditions_of(opened), complete=record.is_complete)
+        return judge(known, blocks)
     except NothingToJudgeError as error:
         raise NothingToJudgeError(*error.problems, *frames.notes) from None
 

@@ -43,7 +43,7 @@ class NothingToJudgeError(InputError):
 class LogJob:
     """One or more files with what they are judged by.
 
-    `phases` where somebody knows them, and what ends each.
+    `phases` where somebody knows them, and what ends each. A run that is known not to be `complete` passes no unit.
     """
 
     paths: tuple[Path, ...]
@@ -52,6 +52,7 @@ class LogJob:
     phases: tuple[PhaseTime, ...] = ()
     conditions: Mapping[str, Condition | None] = field(default_factory=dict)
     keep: bool = True
+    complete: bool = True
 
 
 def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
@@ -77,7 +78,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
                 analysis.begin_phase(first_ns - 1, LOG, LOG)
         last_ns = max(last_ns, int(block.stamp_ns.max()))
         analysis.push(block)
-    found = analysis.finish()
+    found = analysis.finish(complete=job.complete)
     if first_ns is None:
         raise NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy=_LOOK))
     if not analysis.recording.sources:

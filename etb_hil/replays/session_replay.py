@@ -145,9 +145,7 @@ def judged_under(folder: Path, model: Model, limits: Limits) -> DiagnosisResult:
 
 
 def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunRecord, Analysis, DiagnosisResult]:
-    record = read_record(session.events)  # which names a damaged line, before a checksum says that the file was changed
-    if not session.end_is_known():
-        record = read_record(session.events, end_is_known=False)
+    record = record_of(session)
     analysis = Analysis(
         rules.setup.dialect,
         rules.model,
@@ -166,6 +164,12 @@ def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunR
         log.notes.append(f"{session.raw_log}: {CHANGED}")
     analysis.recording.notes += log.notes
     return record, analysis, analysis.finish(complete=record.is_complete and not log.notes)
+
+
+def record_of(session: Session) -> RunRecord:
+    """Return the record of a session; one whose end is not known was cut short."""
+    record = read_record(session.events)  # which names a damaged line, before a checksum says that the file was changed
+    return record if session.end_is_known() else read_record(session.events, end_is_known=False)
 
 
 def conditions_of(session: Session) -> dict[str, Condition | None]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from whole_run import files
+from whole_run import files, run_on
 
 from etb_hil.base.outcome import ExitCode
 from etb_hil.bench.job import execute, prepare
@@ -166,6 +166,19 @@ def test_of_a_longer_log_what_is_around_the_session_is_compared(live, frames, tm
     assert main(["replay", path, "--against", str(live.session.folder)]) == ExitCode.UNIT_FAILED
     said = " ".join(capsys.readouterr().out.split())
     assert "60 frames of more than a minute before or after the session were left out" in said
+    assert "Every sample and every estimate is that of the session" in said
+
+
+def test_a_log_of_a_run_that_was_cut_short_passes_no_unit(tmp_path, capsys):
+    session = run_on(tmp_path, unit="default").session
+    against = ["replay", str(session.raw_log), "--against", str(session.folder)]
+    assert main(against) == ExitCode.DONE
+    (session.folder / "results.json").unlink()
+    (session.folder / "SHA256SUMS").unlink()
+    capsys.readouterr()
+    assert main(against) == ExitCode.INCONCLUSIVE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "INCONCLUSIVE" in said
     assert "Every sample and every estimate is that of the session" in said
 
 
