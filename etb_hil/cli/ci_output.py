@@ -50,16 +50,18 @@ def add_baseline_argument(parser: argparse._ActionsContainer) -> None:
 
 
 def held_against(comparisons: Sequence[Comparison], code: ExitCode, screen: TextIO | None = None) -> ExitCode:
-    """Say what of a baseline is not met.
+    """Say what of a baseline is not met, or cannot be compared.
 
-    Return the exit code, inconclusive where only the baseline disagrees.
+    Return the exit code, inconclusive where only the baseline disagrees or nothing of it can be compared.
     """
-    differing = [comparison for comparison in comparisons if not comparison.agrees]
-    for comparison in differing:
-        print(f"  Baseline {comparison}", file=screen)
-    if comparisons and not differing:
-        print(f"  Baseline all {len(comparisons)} expectations met", file=screen)
-    return ExitCode.INCONCLUSIVE if differing and code is ExitCode.DONE else code
+    for comparison in comparisons:
+        if not comparison.agrees:
+            print(f"  Baseline {comparison}", file=screen)
+    agrees = [comparison.agrees for comparison in comparisons if comparison.agrees is not None]
+    if agrees and all(agrees):
+        print(f"  Baseline all {len(agrees)} expectations met", file=screen)
+    is_met = not comparisons or (bool(agrees) and all(agrees))
+    return code if is_met or code is not ExitCode.DONE else ExitCode.INCONCLUSIVE
 
 
 class CiOutput:

@@ -182,7 +182,9 @@ def _attempt(attempt: Attempt) -> ET.Element:
 
 def _comparison(comparison: Comparison) -> ET.Element:
     case = ET.Element("testcase", name=_plain(f"baseline {comparison.name}"))
-    if not comparison.agrees:
+    if comparison.agrees is None:
+        _outcome(case, "skipped", "", str(comparison), "")
+    elif not comparison.agrees:
         _outcome(case, "failure", "baseline", str(comparison), "")
     return case
 

@@ -19,7 +19,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.quantity import dimension_of_unit, parse_quantity, tidy_unit, to_si
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.scenario.phases import LOG
 
 if TYPE_CHECKING:
@@ -87,12 +87,15 @@ class Baseline(FileModel):
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One expectation and what was found, in words."""
+    """One expectation and what was found, in words.
+
+    `agrees` is None where the two cannot be compared.
+    """
 
     name: str
     expected: str
     found: str
-    agrees: bool
+    agrees: bool | None
 
     def __str__(self) -> str:
         return f"{self.name}: expected {self.expected}, found {self.found}"
@@ -117,14 +120,16 @@ def compare(baseline: Document[Baseline], results: RunResult) -> list[Comparison
 
     Return an entry for each expectation.
 
-    Nobody knows the phases of a bare log: what is measured in single phases is not expected of it. A number that was
+    Nobody knows the phases of a bare log: what is measured in single phases is not compared. A number that was
     measured in another unit than the baseline has does not agree: after a run nothing raises.
     """
     expected = baseline.content
     is_bare_log = {phase.name for phase in results.phases} == {LOG}
-    of_phases = {kind.id for kind in measurement_kinds().values() if kind.phases} if is_bare_log else set()
     entries = [
-        _compared(baseline, name, results.measurements.get(name)) for name in expected.numbers if name not in of_phases
+        _not_compared(baseline, name)
+        if is_bare_log and name not in results.measurements and _is_of_phases(name)
+        else _compared(baseline, name, results.measurements.get(name))
+        for name in expected.numbers
     ]
     if expected.verdict is not None:
         verdict = results.unit.verdict
@@ -133,9 +138,23 @@ def compare(baseline: Document[Baseline], results: RunResult) -> list[Comparison
     return entries
 
 
+def _is_of_phases(name: str) -> bool:
+    kind = kind_of(name)
+    return kind is not None and bool(kind.phases)
+
+
+def _wanted(baseline: Document[Baseline], name: str) -> str:
+    entry = baseline.content.numbers[name]
+    return f"{entry.value} within {entry.tolerance}"
+
+
+def _not_compared(baseline: Document[Baseline], name: str) -> Comparison:
+    return Comparison(name, _wanted(baseline, name), "not compared: a log has no phases", agrees=None)
+
+
 def _compared(baseline: Document[Baseline], name: str, found: Measurement | None) -> Comparison:
     entry = baseline.content.numbers[name]
-    wanted = f"{entry.value} within {entry.tolerance}"
+    wanted = _wanted(baseline, name)
     if found is None or found.value is None:
         return Comparison(name, wanted, "not measured", agrees=False)
     shown = f"{found.value:.6g} {found.unit}".removesuffix(" 1")

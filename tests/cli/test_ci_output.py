@@ -15,7 +15,7 @@ from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.baseline import Comparison
 
-AGREES, DIFFERS = (Comparison("T_st", "1 N·m", "1 N·m", agrees=agrees) for agrees in (True, False))
+AGREES, DIFFERS, UNKNOWN = (Comparison("T_st", "1 N·m", "1 N·m", agrees=agrees) for agrees in (True, False, None))
 
 
 def output(json_file=None, junit=None):
@@ -43,6 +43,14 @@ def test_the_options_of_a_ci_server_are_files_and_a_time():
         ([AGREES, AGREES], ExitCode.DONE, ExitCode.DONE, "  Baseline all 2 expectations met\n"),
         ([AGREES, DIFFERS], ExitCode.DONE, ExitCode.INCONCLUSIVE, f"  Baseline {DIFFERS}\n"),
         ([DIFFERS], ExitCode.UNIT_FAILED, ExitCode.UNIT_FAILED, f"  Baseline {DIFFERS}\n"),
+        ([UNKNOWN], ExitCode.DONE, ExitCode.INCONCLUSIVE, f"  Baseline {UNKNOWN}\n"),
+        ([UNKNOWN], ExitCode.ABORTED, ExitCode.ABORTED, f"  Baseline {UNKNOWN}\n"),
+        (
+            [UNKNOWN, AGREES],
+            ExitCode.DONE,
+            ExitCode.DONE,
+            f"  Baseline {UNKNOWN}\n  Baseline all 1 expectations met\n",
+        ),
     ],
 )
 def test_a_difference_makes_a_pass_inconclusive_and_nothing_else(comparisons, code, expected, said, capsys):

@@ -91,6 +91,7 @@ def test_runs_of_a_queue_are_suites_and_a_baseline_adds_cases():
     comparisons = [
         Comparison("T_st", "1 N·m within 5 %", "2 N·m", agrees=False),
         Comparison("T_c", "1", "1", agrees=True),
+        Comparison("step_rise", "1", "not compared", agrees=None),
     ]
     first, second = suite_of(
         Reported(sample_run.results(0.171)), Reported(sample_run.results(0.171), None, comparisons)
@@ -98,6 +99,7 @@ def test_runs_of_a_queue_are_suites_and_a_baseline_adds_cases():
     assert "baseline T_st" not in cases(first)
     found = cases(second)
     assert (found["baseline T_st"], found["baseline T_c"]) == (["failure"], [])
+    assert found["baseline step_rise"] == ["skipped"]
 
 
 def test_no_name_breaks_the_document():
