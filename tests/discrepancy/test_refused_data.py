@@ -33,6 +33,19 @@ def test_a_duty_of_zeros_is_refused_at_once_however_slow_its_samples_are(cogging
     assert any("check the column of motor_voltage or motor_duty" in str(one) for one in answer["data_quality"])
 
 
+@pytest.mark.parametrize("later_ns", [1, 1_000, 20_000])
+def test_rows_that_are_repeated_a_moment_later_are_refused_at_once(cogging_recording, later_ns):
+    """An even clock as fine as their distance would have a million points for each second."""
+    block = cogging_recording.block("table")
+    time_ns = np.repeat(block.time_ns, 2) + np.tile([0, later_ns], len(block))
+    columns = {role: np.repeat(values, 2) for role, values in block.columns.items()}
+    found = Recording("twice", ClockGrade.TABLE)
+    found.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    answer = plain(explain([found], MODEL))
+    assert answer["verdict"] == "insufficient_data"
+    assert any("remove rows that repeat the one before" in str(one) for one in answer["data_quality"])
+
+
 def _values(recording, role):
     return recording.series(role).values
 

@@ -25,6 +25,7 @@ LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _SLOW = ("temperature", "supply_voltage")  # between their samples a straight line is as good
 _ONE_SAMPLE = (1.5, 2.5)  # steps from one value to the next with one sample missing between
+_MOST_POINTS = 10  # on the even clock for each sample: more lie in gaps, cost memory and time, and say nothing
 _STANDS = 12.0  # times the angle's noise: what moves less stands still
 # by motion: what drives it, where it is, and what a test says it adds
 DRIVES = (
@@ -171,6 +172,12 @@ def _even(
     start = int(time_ns[0])
     seconds = (time_ns - start) * 1e-9
     count = int(np.floor(seconds[-1] / step + 1e-6)) + 1
+    if count > _MOST_POINTS * len(seconds):
+        what = (
+            f"{origin} has {len(seconds)} samples in {seconds[-1]:.3g} s, half of them within {step:.2g} s of another"
+        )
+        remedy = "remove rows that repeat the one before, or record at a steady rate"
+        raise InputError(Problem(what, remedy=remedy))
     clock = np.arange(count) * step
     is_even = count == len(seconds) and float(np.abs(seconds - clock).max()) < 0.05 * step
     good = np.ones(count, bool)
