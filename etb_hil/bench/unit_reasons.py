@@ -95,7 +95,7 @@ UNIT_REASONS = {
     "places_not_seen": Wording(
         "The plate did not slide slowly over a wide part of its way; break-away friction may be different there.",
         "Run a scenario with slow ramps over the whole way, as friction_check has them. Where this one has them, check "
-        "the CAN wiring for lost frames.",
+        "the CAN wiring for lost frames, and the model's stops.",
         True,
     ),
     "one_way": Wording(

@@ -212,7 +212,7 @@ class Diagnosis:
                 is_bent=is_bent,
             )
         broken_away = break_aways(ticks, throttle)
-        unseen = too_wide_unseen(local, self._model, throttle)
+        unseen = too_wide_unseen(local, self._model, throttle, (self._lowest, self._highest))
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fitted = {}
         if fit is not None:

@@ -10,18 +10,21 @@ from etb_hil.diagnosis.local_friction import CELL, LocalFriction
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
 MOST_UNSEEN = 0.1  # share of the way at a segment, 8 degrees: in more, a bump of a usual width is missed whole
+BEYOND = 0.05  # rad from a stop that it gives way at most
 
 
 @dataclass(frozen=True, slots=True)
 class Unseen:
     """A segment of the way that the plate did not slide over slowly both ways.
 
-    The segment reaches from `start` to `end` rad. `share` is its part of the way from stop to stop.
+    The segment reaches from `start` to `end` rad. `share` is its part of the way from stop to stop. `stop` rad is the
+    model's stop that the plate passed in it, None where it passed none.
     """
 
     start: float
     end: float
     share: float
+    stop: float | None = None
 
 
 def seen_slowly(local: LocalFriction | None) -> tuple[float, float]:
@@ -34,19 +37,26 @@ def seen_slowly(local: LocalFriction | None) -> tuple[float, float]:
     return float(local.angle[0]) - 0.5 * CELL, float(local.angle[-1]) + 0.5 * CELL
 
 
-def too_wide_unseen(local: LocalFriction | None, model: Model, throttle: ThrottleParameters) -> Unseen | None:
+def too_wide_unseen(
+    local: LocalFriction | None, model: Model, throttle: ThrottleParameters, reached: tuple[float, float]
+) -> Unseen | None:
     """Return the widest segment not seen, where that is too much of the way.
 
     None too where nothing was fitted. The way is that between the bench's stops, which may each stand further in by
-    their tolerance.
+    their tolerance, and wherever else the plate was: `reached` are its lowest and its highest angle in rad. Beyond the
+    model's stops nothing is judged.
     """
     if local is None:
         return None
-    low = throttle.stop_low + model.tolerance("stop_low")
-    high = throttle.stop_high - model.tolerance("stop_high")
+    low = min(throttle.stop_low + model.tolerance("stop_low"), reached[0])
+    high = max(throttle.stop_high - model.tolerance("stop_high"), reached[1])
     starts = np.concatenate([[low], local.angle + 0.5 * CELL])
     ends = np.concatenate([local.angle - 0.5 * CELL, [high]])
     widest = int(np.argmax(ends - starts))
     start, end = float(starts[widest]), float(ends[widest])
     share = (end - start) / (high - low)
-    return Unseen(start, end, share) if share > MOST_UNSEEN else None
+    if share <= MOST_UNSEEN:
+        return None
+    if start < throttle.stop_low - BEYOND:
+        return Unseen(start, end, share, throttle.stop_low)
+    return Unseen(start, end, share, throttle.stop_high if end > throttle.stop_high + BEYOND else None)

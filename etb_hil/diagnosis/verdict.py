@@ -312,6 +312,8 @@ def _not_seen(grounds: Grounds) -> list[Reason]:
         "its way, the plate did not slide "
         f"slowly in both directions; at most {MOST_UNSEEN:.0%} in one segment may stay unseen"
     )
+    if unseen.stop is not None:
+        text += f"; it passed the model's stop at {_degrees(unseen.stop)}, beyond which nothing is judged"
     return [Reason("places_not_seen", text)]
 
 
