@@ -133,7 +133,7 @@ def settling(run: Findings) -> Iterator[Estimate]:
 
 
 def _by_group(run: Findings) -> dict[str, tuple[list[StepResponse], list[Unfollowed]]]:
-    """Return the responses of each size and direction, and the steps that were not followed."""
+    """Return the responses, and the steps not followed, by size and direction."""
     segments = run.of("step")
     groups: dict[str, tuple[list[StepResponse], list[Unfollowed]]] = {}
     for one in step_responses(segments, encoder_of(run)) if segments else ():
