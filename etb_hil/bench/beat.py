@@ -16,7 +16,8 @@ from etb_hil.base.rewinding import rewind
 from etb_hil.bench.command_pause import CommandPause
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, Verb
-from etb_hil.bench.supervision import TIMEOUT, Supervisor, Trip
+from etb_hil.bench.supervision import STATUS_AGE, TIMEOUT, Supervisor, Trip
+from etb_hil.bench.supply_guard import ROLE as SUPPLY
 from etb_hil.bench.supply_guard import SupplyGuard
 from etb_hil.canio.bus.health import BusState
 from etb_hil.scenario.trajectory import OFF, SetPoint
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import Int64, SampleBlock
     from etb_hil.scenario.condition import Condition
 
+DECIDING = ("enable", "faults")  # roles of a status: whoever does not see them takes a fault for none
+MISSED = 3  # cycles of a status message until it is missing
 WATCH_S = 0.125  # how often a watcher is told: as often as the panel draws
 
 
@@ -88,12 +91,23 @@ class Beat:
             reports_status=tap.reports_status,
             reports_temperature=tap.reports_temperature,
             requested=tap.requested,
+            oldest_ns=self._oldest_ns(),
         )
         self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
         self.signals = signals
         self.commanded = OFF
         self._moves = False
         self.is_ending = False
+
+    def _oldest_ns(self) -> dict[str, int]:
+        """Return the roles of a status that decide, and how old a value of each may be.
+
+        A message that comes more slowly, as the DBC file says, may be missed twice.
+        """
+        usual_ns = STATUS_AGE * round(self._limits.frame_age * 1e9)
+        deciding = DECIDING if self._supply is None else (*DECIDING, SUPPLY)
+        cycles_ns = {role: self._tap.cycle_ns(role) for role in deciding if self._tap.reports(role)}
+        return {role: max(usual_ns, MISSED * cycle_ns) for role, cycle_ns in cycles_ns.items()}
 
     def __call__(self, set_point: SetPoint | None, *, is_waking: bool = False) -> None:
         """Send one command, wait for the next tick, and take in what arrived.
@@ -235,6 +249,8 @@ class Beat:
 
         What the supply is before, a scenario may wait for.
         """
+        if self._supply is not None and not self._supply.is_known:
+            return Trip("supply_window", str(self._supply))
         if self._supply is None or self._supply.outside is None:
             return None
         fired = self._supply.outside

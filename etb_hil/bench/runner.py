@@ -182,7 +182,7 @@ class Runner:
         beat, seen = self._beat, self._beat.supervisor
         now_ns = ask_ns = self._clock.now_ns()
         deadline_ns = now_ns + round(ANSWER_S * 1e9)
-        while not seen.has_answered or seen.faults:
+        while not seen.has_answered or seen.faults or (not seen.is_told and now_ns <= deadline_ns):
             if now_ns >= ask_ns:
                 self._request(self._bench.measure)
                 ask_ns += round(ASK_S * 1e9)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +43,8 @@ class Supervisor(Rewindable):
     """Holds the newest measurements against the limits."""
 
     LIVES = (
-        "_newest_ns", "_seen", "_newest_status_ns", "_newest_temperature_ns", "_statuses", "_answer", "_speed",
+        "_newest_ns", "_seen", "_newest_status_ns", "_newest_temperature_ns", "_newest_of_ns", "_statuses", "_answer",
+        "_speed",
         "current", "angle", "velocity", "temperature", "enabled", "faults",
     )  # fmt: skip
 
@@ -56,10 +57,12 @@ class Supervisor(Rewindable):
         reports_status: bool = True,
         reports_temperature: bool = False,
         requested: Collection[str] = (),
+        oldest_ns: Mapping[str, int] | None = None,
     ) -> None:
         """Watch from `start_ns` on.
 
-        The roles `requested` are read by data identifier, and may pause at rest.
+        The roles `requested` are read by data identifier, and may pause at rest. `oldest_ns` has the roles of a status
+        whose values decide, and how old the newest good one may be. Other messages may go on while theirs stops.
         """
         self._requested = frozenset(requested)
         self._reports_status = reports_status
@@ -70,6 +73,8 @@ class Supervisor(Rewindable):
         self._newest_ns: dict[str, int] = {}  # of the roles that are due
         self._seen: set[str] = set()
         self._start_ns = self._newest_status_ns = start_ns
+        self._oldest_ns = dict(oldest_ns or {})
+        self._newest_of_ns = dict.fromkeys(self._oldest_ns, start_ns)
         self._statuses = 0
         self._answer = AnswerWatch(self._frame_age_ns)
         self._speed = SpeedWatch()
@@ -102,6 +107,11 @@ class Supervisor(Rewindable):
         The first status may have been made before the controller heard of this bench.
         """
         return self.is_complete and (not self._reports_status or self._statuses > STATUSES)
+
+    @property
+    def is_told(self) -> bool:
+        """Whether each role that decides has had a good value since the start."""
+        return all(newest_ns > self._start_ns for newest_ns in self._newest_of_ns.values())
 
     def allows(self, set_point: SetPoint) -> Trip | None:
         """Return what limit a set-point would pass.
@@ -157,14 +167,20 @@ class Supervisor(Rewindable):
                 )
         if not -self._frame_age_ns <= now_ns - status_ns <= self._frame_age_ns * STATUS_AGE:
             return self._age_trip("status frame", status_ns, now_ns, self._frame_age_ns * STATUS_AGE)
+        for role, newest in self._newest_of_ns.items():
+            allowed_ns = self._oldest_ns[role]
+            if role in self._requested and not moves:
+                continue
+            if not -self._frame_age_ns <= now_ns - newest <= allowed_ns:
+                return self._age_trip(f"status frame with {role.replace('_', ' ')}", newest, now_ns, allowed_ns)
         warm_ns = now_ns if self._newest_temperature_ns is None else self._newest_temperature_ns
         if now_ns - warm_ns > TEMPERATURE_AGE_NS:
             return self._age_trip("temperature", warm_ns, now_ns, TEMPERATURE_AGE_NS)
         return None
 
     def fresh_until_ns(self) -> int:
-        """Return until when the newest status and temperature are not too old."""
-        ends = [MAX_NS]
+        """Return until when the newest status, its values and temperature are not too old."""
+        ends = [MAX_NS, *(newest + self._oldest_ns[role] for role, newest in self._newest_of_ns.items())]
         if self._reports_status:
             ends.append(self._newest_status_ns + self._frame_age_ns * STATUS_AGE)
         if self._newest_temperature_ns is not None:
@@ -255,8 +271,11 @@ class Supervisor(Rewindable):
         if not STATUS_ROLES.isdisjoint(columns):
             self._newest_status_ns = int(block.stamp_ns[-1])
             self._statuses += len(block)
-        if "enable" in columns:
-            self.enabled = bool(columns["enable"][-1])
+        for role in self._newest_of_ns:
+            if role in columns and (newest := _newest_good(columns[role])) >= 0:
+                self._newest_of_ns[role] = int(block.stamp_ns[newest])
+        if "enable" in columns and (newest := _newest_good(columns["enable"])) >= 0:
+            self.enabled = bool(columns["enable"][newest])
         if "temperature" in columns:
             values, limit = columns["temperature"], self._limits.temperature
             self.temperature = float(values[-1])

@@ -5,6 +5,7 @@ That holds however short each time is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -21,7 +22,7 @@ class SupplyGuard:
 
     The bridge may be on or off.
 
-    A bad sample does not show that it is inside, and neither does a gap.
+    A bad sample does not show that it is inside, and neither does a gap. Before the first good one, nothing is known.
     """
 
     def __init__(self, condition: Condition) -> None:
@@ -29,6 +30,7 @@ class SupplyGuard:
         self._low, self._high = condition.outside or (-float("inf"), float("inf"))
         self._hold_ns = round(condition.for_ * 1e9)
         self._outside_since_ns: int | None = None
+        self.is_known = False  # whether a good sample has come
         self.outside: Firing | None = None  # since when it has been outside for as long as it may be, and how far
 
     def push(self, blocks: Iterable[SampleBlock]) -> None:
@@ -42,7 +44,7 @@ class SupplyGuard:
     def is_inside(self, blocks: Iterable[SampleBlock]) -> bool:
         """Return whether the supply is inside now and in all of new samples."""
         values = [block.columns[ROLE] for block in blocks if ROLE in block.columns]
-        is_now = self._outside_since_ns is None
+        is_now = self.is_known and self._outside_since_ns is None
         return is_now and all(bool(np.all((self._low <= each) & (each <= self._high))) for each in values)
 
     def __str__(self) -> str:
@@ -52,6 +54,7 @@ class SupplyGuard:
         return f"{now}, outside {self._low:g} to {self._high:g} V"
 
     def _take(self, stamp_ns: int, time_ns: int, value: float) -> None:
+        self.is_known = self.is_known or math.isfinite(value)
         if self._low <= value <= self._high:
             self._outside_since_ns = self.outside = None
             return

@@ -94,6 +94,16 @@ class Tap:
         self.reports_temperature = analysis.reports("temperature")
         self.reports_status = any(analysis.reports(role) for role in STATUS_ROLES)
 
+    def reports(self, role: str) -> bool:
+        """Return whether the controller sends a signal of this role."""
+        return self._analysis.reports(role)
+
+    def cycle_ns(self, role: str) -> int:
+        """Return how often a role comes, 0 where nothing says so."""
+        dialect = self._analysis.dialect
+        requested = None if dialect.requested is None else dialect.requested.of(role)
+        return dialect.message(dialect.source_of(role)).cycle_ns if requested is None else requested.every_ns
+
     def command(self, set_point: SetPoint) -> None:
         """Send one set-point."""
         self._send(_values_of(set_point))

@@ -45,6 +45,8 @@ class AnswerWatch(Rewindable):
         if STATUS in block.columns and self._is_awaited:
             for shown, stamp_ns in zip(block.columns[STATUS], block.stamp_ns, strict=True):
                 since_ns = int(stamp_ns) - self._asked_ns
+                if np.isnan(shown):  # a bad sample shows neither
+                    continue
                 if since_ns > 0 and bool(shown) is self._asked:
                     self._is_awaited = False
                 elif since_ns > self._allowed_ns and self._is_awaited:

@@ -47,6 +47,13 @@ def test_a_status_from_before_the_command_shows_nothing():
     assert said(commands((10, ON)), statuses((9, 1), (10.001, 1)), statuses((31, 0)))[-1] is None
 
 
+@pytest.mark.parametrize(("mode", "before"), [(ON, OFF), (OFF, ON)])
+def test_a_bad_status_shows_nothing(mode, before):
+    history = [commands((0, before)), statuses((1, float(before != OFF))), commands((10, mode))]
+    assert said(*history, statuses((15, np.nan), (60, np.nan)))[-1] is None
+    assert said(*history, statuses((15, np.nan), (60, float(before != OFF))))[-1] is not None
+
+
 def test_the_time_counts_from_the_command_that_changed_something():
     repeated = [commands((stamp, ON)) for stamp in (10, 15, 20, 25)]
     assert said(commands((0, OFF)), *repeated, statuses((31, 0)))[-1] is not None

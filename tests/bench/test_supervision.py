@@ -473,3 +473,21 @@ def test_what_is_measured_is_not_foreseen_where_more_than_stamps_decides(supervi
     assert foreseen(supervisor, block, at_ns=[5_000_000, 101_000_001]) is None
     assert foreseen(supervisor, at_ns=[100_000_000]) == [0]
     assert foreseen(Supervisor(LIMITS, GEAR, 0), block) is None
+
+
+def test_a_value_that_decides_has_an_age_of_its_own_and_bad_samples_do_not_renew_it():
+    watched = Supervisor(LIMITS, GEAR, 0, oldest_ns={"faults": 2_000_000_000})
+    watched.expect(["current", "encoder"], 0)
+    assert not watched.is_told
+    at_ns = {"stamp_ns": 1_000_000_000}
+    watched.look([samples(faults=[0.0], **at_ns), samples(enable=[0.0], **at_ns)])
+    assert watched.is_told
+    for now_ns in (2_900_000_000, 3_000_000_000, 3_000_000_001):
+        late = {"stamp_ns": now_ns}
+        trip = watched.look([samples(enable=[0.0], faults=[math.nan], **late), samples(**late, **MEASURED)])
+        assert trip is None
+        trip = watched.age(now_ns)
+        assert (trip is None) is (now_ns <= 3_000_000_000)
+    assert "status frame with faults" in trip.reason
+    assert watched.fresh_until_ns() == 3_000_000_000
+    assert watched.enabled is False

@@ -128,3 +128,13 @@ def test_it_is_said_what_the_supply_is_and_what_it_should_be():
     assert str(one.condition) == "supply_voltage outside 10 to 18 V for 0.05 s"
     one.push([block(math.nan, math.nan, math.nan)])
     assert str(one) == "no reading of the supply, outside 10 to 18 V"
+
+
+def test_nothing_is_known_before_the_first_good_sample():
+    one = guard()
+    assert not one.is_inside([block(13)])
+    one.push([block(math.nan), block(13, role="temperature")])
+    assert not one.is_known
+    one.push([block(13)])
+    assert one.is_known
+    assert one.is_inside([block(13)])
