@@ -71,6 +71,8 @@ _COHERENT = {
     "bit",
 }  # fmt: skip
 
+MOST_S = 9.2e9  # 291 years, which 64 bits of nanoseconds hold
+
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z", re.DOTALL)
 
 
@@ -166,7 +168,10 @@ def parse_quantity(text: object, dimension: str) -> float:
             )
     if not math.isfinite(number):
         raise ValueError(f"a finite {dimension} is expected")
-    return to_si(number, unit, dimension)
+    value = to_si(number, unit, dimension)
+    if dimension == "time" and abs(value) > MOST_S:
+        raise ValueError(f"a time of at most {MOST_S:g} s is expected")
+    return value
 
 
 def _named(dimension: str) -> str:

@@ -57,3 +57,11 @@ def test_every_unit_of_the_table_is_in_the_spelling_that_is_looked_up():
         for unit in units:
             assert tidy_unit(unit) == unit
             assert dimension_of_unit(unit) is not None
+
+
+@pytest.mark.parametrize("text", ["1e300 s", "-9.3e9 s", "1e9 d", "1e308 h"])
+def test_a_time_that_nanoseconds_cannot_hold_is_refused(text):
+    with pytest.raises(ValueError, match=r"at most 9\.2e\+09 s"):
+        parse_quantity(text, "time")
+    assert parse_quantity("100000 d", "time") == 8.64e9
+    assert parse_quantity("1e300 Hz", "frequency") == 1e300
