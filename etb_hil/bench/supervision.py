@@ -44,8 +44,7 @@ class Supervisor(Rewindable):
 
     LIVES = (
         "_newest_ns", "_seen", "_newest_status_ns", "_newest_temperature_ns", "_newest_of_ns", "_statuses", "_answer",
-        "_speed",
-        "current", "angle", "velocity", "temperature", "enabled", "faults",
+        "_speed", "current", "angle", "velocity", "temperature", "enabled", "faults",
     )  # fmt: skip
 
     def __init__(

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.diagnosis.local_friction import CELL, LocalFriction
+from etb_hil.diagnosis.plausibility import STOPS
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
 MOST_UNSEEN = 0.1  # share of the way at a segment, 8 degrees: in more, a bump of a usual width is missed whole
-BEYOND = 0.05  # rad from a stop that it gives way at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +57,6 @@ def too_wide_unseen(
     share = (end - start) / (high - low)
     if share <= MOST_UNSEEN:
         return None
-    if start < throttle.stop_low - BEYOND:
+    if start < throttle.stop_low - STOPS:
         return Unseen(start, end, share, throttle.stop_low)
-    return Unseen(start, end, share, throttle.stop_high if end > throttle.stop_high + BEYOND else None)
+    return Unseen(start, end, share, throttle.stop_high if end > throttle.stop_high + STOPS else None)

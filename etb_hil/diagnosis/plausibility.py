@@ -35,7 +35,7 @@ _FEW = 5  # samples in all that may be off: a single bad frame of a burst is ten
 _FEW_JUMPS = 2  # one frame with a wrong angle makes three second differences
 _LATENCY = 1e-3  # s, a plate sensor's filter behind the encoder
 _ACCELERATION = 3.0  # times what the motor's and the springs' torque give
-_STOPS = 0.05  # rad from a stop the stop accelerates
+STOPS = 0.05  # rad from a stop the stop accelerates
 _FROZEN_NS = 20_000_000
 _SURE = 70.0  # exp(-70): chance that noise repeats itself that long
 _OFF_WINDOW = 50  # samples, whose mean has a seventh of the sensor's noise
@@ -82,8 +82,8 @@ class Plausibility:
             _equal_readings(float(sensors.current_noise), float(sensors.current_step)),
             _ACCELERATION * torque / throttle.inertia,
             2.0 * math.pi / float(sensors.motor_counts_per_turn) / throttle.gear_ratio,
-            throttle.stop_low + _STOPS,
-            throttle.stop_high - _STOPS,
+            throttle.stop_low + STOPS,
+            throttle.stop_high - STOPS,
         )
         self._floats = np.full(_FLOATS, np.nan)
         self._floats[[_BASE, _OFF_SUM, _VOLTAGE_SUM, _CURRENT_SUM]] = 0.0
