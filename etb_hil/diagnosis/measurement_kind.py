@@ -26,7 +26,8 @@ class Estimate:
     `note` says under which conditions it holds. Where a measurement gives several values, `suffix` sets their ids apart
     (`T_st_at_rate_1`) and `name` their names; empty: the words of the suffix do. `may_pass` is False where the run saw
     too little of the unit for a pass. `undecided` takes the place of the usual reason where the interval reaches over a
-    limit; `if_failed` is added to the reason of a fail.
+    limit; `if_failed` is added to the reason of a fail. `is_least`: the value is the least that it may be, so that no
+    unit passes by it, and none fails a lower limit.
     """
 
     value: float | None
@@ -38,6 +39,7 @@ class Estimate:
     may_pass: bool = True
     undecided: Reason | None = None
     if_failed: str = ""
+    is_least: bool = False
 
 
 @dataclass(frozen=True, slots=True)

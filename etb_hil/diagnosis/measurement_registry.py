@@ -153,7 +153,16 @@ def _estimate(kind: MeasurementKind, found: object) -> Estimate:
     if found.undecided is not None and not isinstance(found.undecided, Reason):
         raise TypeError(f"`undecided` must be a Reason or None (it is {found.undecided!r})")
     return Estimate(
-        value, low, high, found.note, found.suffix, found.name, bool(found.may_pass), found.undecided, found.if_failed
+        value,
+        low,
+        high,
+        found.note,
+        found.suffix,
+        found.name,
+        bool(found.may_pass),
+        found.undecided,
+        found.if_failed,
+        bool(found.is_least),
     )
 
 

@@ -67,8 +67,10 @@ def _verdict(one: Measurement, estimate: Estimate, band: float) -> UnitVerdict |
         return None
     if one.low is None or one.high is None:
         return UnitVerdict.INCONCLUSIVE
-    verdict = stand(one.value, one.low, one.high, one.limit_low, one.limit_high, band)
-    return UnitVerdict.INCONCLUSIVE if verdict is UnitVerdict.PASS and not estimate.may_pass else verdict
+    at_least = None if estimate.is_least else one.limit_low
+    verdict = stand(one.value, one.low, one.high, at_least, one.limit_high, band)
+    may_pass = estimate.may_pass and not estimate.is_least
+    return UnitVerdict.INCONCLUSIVE if verdict is UnitVerdict.PASS and not may_pass else verdict
 
 
 def stand(

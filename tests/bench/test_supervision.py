@@ -491,3 +491,34 @@ def test_a_value_that_decides_has_an_age_of_its_own_and_bad_samples_do_not_renew
     assert "status frame with faults" in trip.reason
     assert watched.fresh_until_ns() == 3_000_000_000
     assert watched.enabled is False
+
+
+def test_every_value_that_decides_is_to_come_before_the_start_is_told():
+    watched = Supervisor(LIMITS, GEAR, 0, oldest_ns={"faults": 2_000_000_000, "supply_voltage": 2_000_000_000})
+    watched.look([samples(faults=[0.0])])
+    assert not watched.is_told
+    watched.look([samples(supply_voltage=[13.0])])
+    assert watched.is_told
+
+
+def test_a_value_that_decides_and_is_read_by_request_may_pause_at_rest_and_the_others_may_not():
+    ages = {"supply_voltage": 1_000_000_000, "faults": 2_000_000_000}
+    watched = Supervisor(LIMITS, GEAR, 0, requested=["supply_voltage"], oldest_ns=ages)
+    watched.look([samples(stamp_ns=1_500_000_000, enable=[1.0])])
+    assert watched.age(1_500_000_000, moves=False) is None
+    assert "supply voltage" in watched.age(1_500_000_000, moves=True).reason
+    watched.look([samples(stamp_ns=2_500_000_000, enable=[1.0])])
+    assert "faults" in watched.age(2_500_000_000, moves=False).reason
+
+
+def test_a_cyclic_value_that_decides_may_not_pause_at_rest():
+    watched = Supervisor(LIMITS, GEAR, 0, oldest_ns={"supply_voltage": 1_000_000_000})
+    watched.look([samples(stamp_ns=1_500_000_000, enable=[1.0])])
+    assert "supply voltage" in watched.age(1_500_000_000, moves=False).reason
+
+
+def test_of_two_samples_the_one_that_is_read_by_request_may_pause_at_rest_and_the_other_may_not():
+    watched = Supervisor(LIMITS, GEAR, 0, reports_status=False, requested=["motor_current"])
+    watched.expect(["current", "encoder"], 0)
+    watched.look([samples(motor_current=[0.0]), samples(throttle_angle=[0.1], motor_angle=[1.8])])
+    assert "motor current" not in watched.age(300_000_000, moves=False).reason

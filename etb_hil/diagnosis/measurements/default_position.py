@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.half_width import combined
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.returns import NOT_AWAY, returns
+from etb_hil.diagnosis.motion.returns import not_at_rest, returns
 from etb_hil.diagnosis.motion.sensors import plate_rounding
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ def _compute(run: Findings) -> Estimate | None:
     sides = [[one for one in found if one.is_opening is opening] for opening in (True, False)]
     if not all(sides) or any(math.isnan(one.plate) for one in found):
         return None
-    if not all(one.is_away for one in found):
-        return Estimate(None, note=NOT_AWAY)
+    if (instead := not_at_rest(found)) is not None:
+        return instead
     plates = [[one.plate for one in side] for side in sides]
     value = 0.5 * sum(sum(side) / len(side) for side in plates)
     # Noise of the sensor is in the scatter of the rests already; alone it is the least that they scatter by.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
 from etb_hil.diagnosis.motion.encoder import step_of
-from etb_hil.diagnosis.motion.returns import NOT_AWAY, returns
+from etb_hil.diagnosis.motion.returns import not_at_rest, returns
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
@@ -17,8 +17,8 @@ def _compute(run: Findings) -> Estimate | None:
     found = returns(run)
     if len({one.is_opening for one in found}) < 2:
         return None
-    if not all(one.is_away for one in found):
-        return Estimate(None, note=NOT_AWAY)
+    if (instead := not_at_rest(found)) is not None:
+        return instead
     rests = [one.rest for one in found]
     value, step = max(rests) - min(rests), step_of(run)
     # Two angles are each rounded by up to half a step. Their difference is off by up to a step, with a triangular

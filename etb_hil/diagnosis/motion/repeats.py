@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -74,15 +75,26 @@ def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float
 def at_least(value: float, note: str, measurement_id: str, suffix: str = "") -> Estimate:
     """Return the estimate of a time that had not ended when it was last looked at.
 
-    It is longer than `value` s by an unknown amount: a unit may fail by it and never passes by it.
+    It is longer than `value` s by an unknown amount: a unit may fail an upper limit by it and never passes by it.
     """
     undecided = Reason(f"{measurement_id}{suffix}_not_measured", note)
-    return Estimate(value, value, value, note, suffix, may_pass=False, undecided=undecided)
+    return Estimate(value, value, value, note, suffix, undecided=undecided, is_least=True)
+
+
+def earliest(until: float | None, command: Reading) -> float:
+    """Return how many s after a command a motion ended at the earliest that went on `until` then.
+
+    The end of the interval counts. It is 0 where nothing is known.
+    """
+    return 0.0 if until is None else max(mean_with_interval([Reading(until).since(command)])[1], 0.0)
 
 
 def _means(errors: Sequence[Sequence[Reach]], side: int) -> list[float]:
-    """Return how far each shared error moves the mean of repeats to one side."""
-    return [_mean([each[side] for each in repeated]) for repeated in zip(*errors, strict=True)]
+    """Return how far each shared error moves the mean of repeats to one side.
+
+    A repeat may lack the last ones: with stamps of its own, the instant of a command has no bounds.
+    """
+    return [_mean([each[side] for each in repeated]) for repeated in zip_longest(*errors, fillvalue=(0.0, 0.0))]
 
 
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:

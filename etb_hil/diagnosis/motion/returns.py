@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,8 @@ from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.between_samples import last_above
 from etb_hil.diagnosis.motion.commands import ARRIVED, instant, reports
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import Reach, Reading, at_least, mean_with_interval, reach
+from etb_hil.diagnosis.motion.repeats import Reach, Reading, at_least, earliest, mean_with_interval, reach
+from etb_hil.diagnosis.motion.unseen import gap, gap_note, outside_until
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 # rad: production controllers take a default position within 1 deg of the learnt one for right (P1683).
 BACK = math.radians(1.0)
 AWAY = math.radians(3.0)  # from the model's default position: a plate that rests beyond has not come back
-NOT_AWAY = "the plate was not away from limp-home, as commanded, when the bridge was switched off"
+_NOT_AWAY = "the plate was not away from limp-home, as commanded, when the bridge was switched off"
 _MEAN_S = 0.05  # of rest, at the end
 _STILL = math.radians(0.1)  # over that time
 
@@ -33,15 +35,18 @@ class Return:
     """One release: its side, its time, and where the plate rests.
 
     `is_opening`: the plate came from the closed side. `is_away`: it was where it was to return from when the bridge was
-    switched off. `time` in s is how long it took until the plate stays back. `is_back`: whether it came back at all;
-    where not, `time` is how long it was given. `rest` is the encoder's angle in rad, `plate` the plate sensor's (NaN
-    where there is none) with its standard error.
+    switched off. `is_still`: it was seen at rest at the end. `time` in s is how long it took until the plate stays
+    back; None where the return was not seen to its end, for the reason in `note`, and it takes `least` s at the
+    earliest. `rest` is the encoder's angle in rad, `plate` the plate sensor's (NaN where there is none) with its
+    standard error.
     """
 
     is_opening: bool
     is_away: bool
-    is_back: bool
-    time: Reading
+    is_still: bool
+    time: Reading | None
+    least: float
+    note: str
     rest: float
     plate: float
     plate_error: float
@@ -69,17 +74,23 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     time, seen = segment.time[off:][known[off:]], segment.column("angle")[off:][known[off:]]
     angle = encoder.corrected(seen)
     end = int(np.searchsorted(time, time[-1] - _MEAN_S))
-    rest = float(np.mean(angle[end:]))
-    is_still = float(np.max(angle[end:]) - np.min(angle[end:])) < _STILL
-    is_back = is_still and abs(rest - default) <= AWAY + run.model.tolerance("limp_home")
+    rest, last = float(np.mean(angle[end:])), angle[end:]
+    is_still = float(np.ptp(last)) < _STILL and not gap(time, end)
+    is_elsewhere = float(np.min(np.abs(last - default))) > AWAY + run.model.tolerance("limp_home")
     plate = _plate(segment, float(time[end]))
     # A plate that did not move says nothing of the side that it was to come from: the set-point does.
     asked = float(segment.column("command_position")[off - 1])
     is_opening = (asked if math.isfinite(asked) else float(angle[0])) < default
     way = abs(asked - default) if math.isfinite(asked) else 0.0
     is_away = abs(float(angle[0]) - default) > max(BACK, ARRIVED * way)
-    if not is_back:
-        return Return(is_opening, is_away, False, Reading(float(time[-1])).since(command), rest, *plate)
+    lost = gap(segment.time[known], int(np.count_nonzero(known[:off])))
+    if is_elsewhere or not is_still or lost:
+        given = float(time[-1])
+        least = earliest(given if is_elsewhere else outside_until(time, angle, 0, BACK), command)
+        where = f"it was at {math.degrees(rest):.1f} deg then"
+        note = f"not at rest at limp-home within {given - command.value:.2f} s: {where}"
+        note = gap_note(lost) if lost and not is_elsewhere else note
+        return Return(is_opening, is_away, is_still, None, least, note, rest, *plate)
     found = _stays_within(time, angle - rest, BACK)
 
     def moved(error: float) -> Reach:
@@ -94,7 +105,7 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     # Springs leave the plate at the same place each time, so that repeats have the rounding there in common.
     bounds = moved(math.sqrt(3.0) * encoder.error_of_mean(angle[end:])), (between, between)
     reading = Reading(found, bounds, tuple(shared), (moved(TWO_SIDED_95 * encoder.error_between_samples),))
-    return Return(is_opening, is_away, True, reading.since(command), rest, *plate)
+    return Return(is_opening, is_away, True, reading.since(command), 0.0, "", rest, *plate)
 
 
 def _plate(segment: Segment, since: float) -> tuple[float, float]:
@@ -118,19 +129,30 @@ def _stays_within(time: Float64, away: Float64, band: float) -> float:
 def return_time(run: Findings, *, is_opening: bool) -> Estimate | None:
     """Return the mean time of the returns from one side.
 
-    Where one did not come back, it is the time that it was given: the least that it takes, by which no unit passes.
-    There is no value where a plate was never away.
+    Where one was not seen to its end, it is the least that it takes, by which no unit passes. There is no value where
+    that is not known, nor where a plate was never away.
     """
     found = [one for one in returns(run) if one.is_opening is is_opening]
     if not found:
         return None
-    stuck = next((one for one in found if not one.is_back), None)
-    if stuck is not None:
-        where = f"it was at {math.degrees(stuck.rest):.1f} deg then"
-        given = stuck.time.value
-        note = f"not at rest at limp-home within {given:.2f} s: {where}"
-        return at_least(given, note, f"return_time_{'closed' if is_opening else 'open'}")
+    slowest = max(found, key=lambda one: one.least)
+    if slowest.least > 0.0:
+        return at_least(slowest.least, slowest.note, f"return_time_{'closed' if is_opening else 'open'}")
     if not all(one.is_away for one in found):
-        return Estimate(None, note=NOT_AWAY)
-    mean, low, high = mean_with_interval([one.time for one in found])
+        return Estimate(None, note=_NOT_AWAY)
+    times = [one.time for one in found if one.time is not None]
+    if len(times) < len(found):
+        return Estimate(None, note=next(one.note for one in found if one.time is None))
+    mean, low, high = mean_with_interval(times)
     return Estimate(mean, low, high, f"until within 1 deg of rest, mean of {len(found)}")
+
+
+def not_at_rest(found: Sequence[Return]) -> Estimate | None:
+    """Return what stands in place of a value that is read of the plate at rest.
+
+    None where the plate went away and came to rest each time.
+    """
+    if not all(one.is_away for one in found):
+        return Estimate(None, note=_NOT_AWAY)
+    moving = next((one for one in found if not one.is_still), None)
+    return None if moving is None else Estimate(None, note=moving.note)

@@ -18,7 +18,8 @@ from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.between_samples import first_above, highest, last_above
 from etb_hil.diagnosis.motion.commands import ARRIVED, holds, instant
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import Reading, at_least, mean_with_interval, reach
+from etb_hil.diagnosis.motion.repeats import Reading, at_least, earliest, mean_with_interval, reach
+from etb_hil.diagnosis.motion.unseen import gap, gap_note, outside_until
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -30,6 +31,10 @@ SMALL = math.radians(10.0)  # a step below this is a small one
 SETTLED = 0.05  # share of the step about the final angle
 _LEAST = math.radians(1.0)  # a supplier states delay and rise for steps over 1 deg
 _MEAN_S = 0.02  # over which the angles before and after a step are averaged
+# A swing stays near its peak, and a plate that was seen for less than half a swing may be there and not at rest. Half a
+# swing of a second-order system, pi / sqrt(1 - d^2), is less than 3 times its rise from 10 to 90 % for any damping d
+# below 0.8 (2.8 times for 0.1, 2.5 for 0.3, 2.2 for 0.5); above that it does not overshoot by more than 1.5 %.
+_RESTS = 3.0
 _EXACT = np.zeros(5)  # the angles that are read: the first, the last, at 10 %, at 90 %, at the band about the last
 
 
@@ -37,14 +42,11 @@ _EXACT = np.zeros(5)  # the angles that are read: the first, the last, at 10 %, 
 class StepResponse:
     """One step from `start` to `end` rad as commanded, and its response.
 
-    Times are in s, the overshoot is a share of the step. `is_settled`: the plate had settled before the angles from
-    which the final one is taken; where not, it was given `given` s.
+    Times are in s, the overshoot is a share of the step.
     """
 
     start: float
     end: float
-    given: float
-    is_settled: bool
     delay: Reading
     rise: Reading
     settling: Reading
@@ -55,35 +57,24 @@ class StepResponse:
         """The step's size and direction, as a suffix of ids."""
         return _group(self.start, self.end)
 
-    @property
-    def note(self) -> str:
-        """What the plate did not do in the time that it was given, in words."""
-        return f"the plate had not settled within {self.given:.2f} s"
-
 
 @dataclass(frozen=True, slots=True)
-class Unfollowed:
-    """A step from `start` to `end` rad that the plate did not follow.
+class Unread:
+    """A step from `start` to `end` rad whose response was not seen to its end.
 
-    It went `way` rad in the `given` s.
+    The plate did not follow, had not settled, or samples were lost: `note` says which. It settles after `least` s at
+    the earliest.
     """
 
     start: float
     end: float
-    given: float
-    way: float
+    least: float
+    note: str
 
     @property
     def group(self) -> str:
         """The step's size and direction, as a suffix of ids."""
         return _group(self.start, self.end)
-
-    @property
-    def note(self) -> str:
-        """What the plate did instead, in words."""
-        asked = self.end - self.start
-        share, whole = self.way / asked, math.degrees(abs(asked))
-        return f"the plate did not follow within {self.given:.2f} s: it went {share * whole:.1f} of {whole:.4g} deg"
 
 
 def _group(start: float, end: float) -> str:
@@ -91,7 +82,7 @@ def _group(start: float, end: float) -> str:
     return f"{size}_{'opening' if end > start else 'closing'}"
 
 
-def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse | Unfollowed]:
+def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse | Unread]:
     """Yield the responses to all steps between two positions that were held."""
     for segment in segments:
         held = [hold for hold in holds(segment) if _lasts(segment, hold)]
@@ -103,11 +94,11 @@ def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[St
 def estimates(run: Findings, reading: Callable[[StepResponse], Reading]) -> Iterator[Estimate]:
     """Yield a value of the steps: the mean of each size and direction.
 
-    There is no value where the plate did not follow one of them.
+    There is no value where one of them was not seen to its end.
     """
-    for suffix, (responses, unfollowed) in run.once(_by_group).items():
-        if unfollowed:
-            yield Estimate(None, note=unfollowed[0].note, suffix=f"_{suffix}")
+    for suffix, (responses, unread) in run.once(_by_group).items():
+        if unread:
+            yield Estimate(None, note=unread[0].note, suffix=f"_{suffix}")
             continue
         mean, low, high = mean_with_interval([reading(response) for response in responses])
         first = responses[0]
@@ -119,27 +110,26 @@ def estimates(run: Findings, reading: Callable[[StepResponse], Reading]) -> Iter
 def settling(run: Findings) -> Iterator[Estimate]:
     """Yield the settling times as `estimates` does.
 
-    A step after which the plate did not settle has the time that it was given.
+    A step that was not seen to its end has the time that it takes at least, where that is known.
     """
     groups = run.once(_by_group)
     for estimate in estimates(run, lambda response: response.settling):
-        responses, unfollowed = groups[estimate.suffix.removeprefix("_")]
-        late: list[StepResponse | Unfollowed] = [*unfollowed, *(one for one in responses if not one.is_settled)]
-        if late:
-            longest = max(late, key=lambda one: one.given)
-            yield at_least(longest.given, longest.note, "step_settling", estimate.suffix)
-        else:
+        _, unread = groups[estimate.suffix.removeprefix("_")]
+        longest = max(unread, key=lambda one: one.least, default=None)
+        if longest is None or longest.least <= 0.0:
             yield estimate
+        else:
+            yield at_least(longest.least, longest.note, "step_settling", estimate.suffix)
 
 
-def _by_group(run: Findings) -> dict[str, tuple[list[StepResponse], list[Unfollowed]]]:
-    """Return the responses, and the steps not followed, by size and direction."""
+def _by_group(run: Findings) -> dict[str, tuple[list[StepResponse], list[Unread]]]:
+    """Return the responses, and the steps not seen to their end, by size and direction."""
     segments = run.of("step")
-    groups: dict[str, tuple[list[StepResponse], list[Unfollowed]]] = {}
+    groups: dict[str, tuple[list[StepResponse], list[Unread]]] = {}
     for one in step_responses(segments, encoder_of(run)) if segments else ():
-        responses, unfollowed = groups.setdefault(one.group, ([], []))
-        if isinstance(one, Unfollowed):
-            unfollowed.append(one)
+        responses, unread = groups.setdefault(one.group, ([], []))
+        if isinstance(one, Unread):
+            unread.append(one)
         else:
             responses.append(one)
     return groups
@@ -151,7 +141,7 @@ def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
 
 def _response(
     segment: Segment, before: tuple[int, int, float], after: tuple[int, int, float], encoder: Encoder
-) -> StepResponse | Unfollowed:
+) -> StepResponse | Unread:
     time, angle = segment.time[before[0] : after[1]], segment.column("angle")[before[0] : after[1]]
     known = np.isfinite(angle)
     time, seen = time[known], angle[known]
@@ -159,9 +149,15 @@ def _response(
     command = instant(segment, after[0])
     first = int(np.searchsorted(time, float(segment.time[after[0]])))
     found, given = _read(time, angle, first), float(time[-1] - time[first])
-    way = _angle_before(time, angle, len(time)) - _angle_before(time, angle, first)
-    if found is None or not way / (after[2] - before[2]) >= ARRIVED:
-        return Unfollowed(before[2], after[2], given, way)
+    asked, way = after[2] - before[2], _angle_before(time, angle, len(time)) - _angle_before(time, angle, first)
+    if found is None or not way / asked >= ARRIVED:
+        went, whole = math.degrees(abs(asked)) * way / asked, math.degrees(abs(asked))
+        note = f"the plate did not follow within {given:.2f} s: it went {went:.1f} of {whole:.4g} deg"
+        return Unread(before[2], after[2], given, note)
+    lost, rested = gap(time, first), float(time[-1]) - found.settled
+    if lost or rested < max(_MEAN_S, _RESTS * (found.ninth - found.tenth)):
+        note = gap_note(lost) if lost else f"the plate had not settled within {given:.2f} s"
+        return Unread(before[2], after[2], _least(time, angle, first, asked, command), note)
     shared = [[_read(time, other, first) or found for other in both] for both in encoder.otherwise(seen)]
     old, new = (encoder.error_of_mean(angle[_before(time, end)]) for end in (first, len(time)))
     moving = encoder.error_between_samples
@@ -182,13 +178,17 @@ def _response(
     return StepResponse(
         before[2],
         after[2],
-        given,
-        found.settled < float(time[-1]) - _MEAN_S,
         reading(lambda one: one.tenth).since(command),
         reading(lambda one: one.ninth - one.tenth),
         reading(lambda one: one.settled).since(command),
         reading(lambda one: one.overshoot).since(_peak(found, encoder)),
     )
+
+
+def _least(time: Float64, angle: Float64, first: int, asked: float, command: Reading) -> float:
+    """Return how many s after the command the plate settled at the earliest, 0 where that is not known."""
+    size = max(abs(asked), float(np.ptp(angle[first:])))
+    return earliest(outside_until(time, angle, first, SETTLED * size), command)
 
 
 def _peak(found: _Read, encoder: Encoder) -> Reading:
