@@ -17,6 +17,7 @@ class Tests:
 
 HISTORY = "history/test_drift_gauge_rise history/test_tolerance_and_charts"
 SHAPES = f"{HISTORY} history/test_shift_and_distribution"
+MOTION = "diagnosis/test_motion_not_seen diagnosis/test_step_response"
 LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file"
 
 MODULES = {
@@ -56,6 +57,8 @@ MODULES = {
     "diagnosis/limits_file": Tests(f"{LIMITS} diagnosis/test_new_measurement"),
     "diagnosis/limit_laws": Tests(LIMITS),
     "diagnosis/contradiction": Tests("diagnosis/test_contradiction diagnosis/test_effects_in_the_model"),
+    "diagnosis/motion/unseen": Tests(MOTION),
+    "diagnosis/motion/repeats": Tests(MOTION),
     "diagnosis/measuring": Tests("diagnosis/test_measuring diagnosis/test_limits_file"),
     "diagnosis/verdict": Tests("diagnosis/test_verdict"),
     "diagnosis/exceedance": Tests("diagnosis/test_exceedance", "diagnosis/test_exceedance"),

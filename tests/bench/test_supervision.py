@@ -522,3 +522,11 @@ def test_of_two_samples_the_one_that_is_read_by_request_may_pause_at_rest_and_th
     watched.expect(["current", "encoder"], 0)
     watched.look([samples(motor_current=[0.0]), samples(throttle_angle=[0.1], motor_angle=[1.8])])
     assert "motor current" not in watched.age(300_000_000, moves=False).reason
+
+
+def test_a_value_that_decides_may_be_stamped_ahead_as_far_as_a_sample():
+    watched = Supervisor(LIMITS, GEAR, 0, reports_status=False, oldest_ns={"supply_voltage": 1_000_000_000})
+    watched.look([samples(stamp_ns=1_000_000_000, supply_voltage=[13.0])])
+    assert watched.age(900_000_000) is None
+    assert watched.age(1_050_000_000) is None
+    assert "ahead of the clock" in watched.age(899_999_999).reason

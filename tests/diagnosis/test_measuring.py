@@ -82,15 +82,17 @@ def compute(run):
         Estimate(0.5, None, 0.6, suffix="_no_low"),
         Estimate(0.5, 0.4, None, suffix="_no_high"),
         Estimate(2.5, 2.4, 2.6, suffix="_free"),
+        Estimate(0.5, 0.5, 0.5, suffix="_least", is_least=True),
+        Estimate(2.5, 2.5, 2.5, suffix="_least_late", is_least=True),
     ]
 
 
 MEASUREMENT = MeasurementKind(
     id="made", name="made up", unit="A", compute=compute, order=1,
-    suffixes="pass|unseen|fail|near|none|no_low|no_high|free",
+    suffixes="pass|unseen|fail|near|none|no_low|no_high|free|least|least_late",
 )
 '''
-ALL = ("pass", "unseen", "fail", "near", "none", "no_low", "no_high")
+ALL = ("pass", "unseen", "fail", "near", "none", "no_low", "no_high", "least", "least_late")
 
 
 @pytest.fixture
@@ -120,10 +122,18 @@ def test_what_a_value_lacks_decides_its_verdict(tmp_path, side, passes, fails):
     found = run_on(tmp_path, scenario=scenario, limits=limits).results.measurements
     unseen = UNDECIDED if passes is PASS else passes  # a fail needs no whole look
     failed = UNDECIDED if fails is PASS else fails
-    expected = (passes, unseen, failed, UNDECIDED, None, UNDECIDED, UNDECIDED, None)
+    late = FAIL if side == "max" else UNDECIDED  # the true value may be higher, and never lower
+    expected = (passes, unseen, failed, UNDECIDED, None, UNDECIDED, UNDECIDED, UNDECIDED, late, None)
     assert [found[f"made_{name}"].verdict for name in (*ALL, "free")] == list(expected)
     assert (found["made_pass"].note, found["made_pass"].name) == ("as told", "made up (pass)")
     assert (found["made_unseen"].note, found["made_unseen"].name) == ("", "made up (of its own)")
+
+
+@pytest.mark.parametrize(("low", "high"), [(None, None), (0.0, None), (None, 1.0), (0.0, 1.0)])
+def test_a_value_is_limited_where_one_of_both_limits_is_stated(low, high):
+    one = Measurement("a", "a", None, "A", limit_low=low, limit_high=high)
+    limited = Measured(measurement_kinds()["holding_current"], Estimate(None), one).is_limited
+    assert limited is (low is not None or high is not None)
 
 
 def test_a_remark_names_the_measurements_whose_plug_in_failed():

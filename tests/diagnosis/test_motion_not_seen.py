@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from end_of_line_study import job_of, run
 from made_segments import segment
+from scipy import stats
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import Limit, Limits
 from etb_hil.diagnosis.motion.encoder import Encoder
-from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
+from etb_hil.diagnosis.motion.repeats import Reading, earliest, error_of_means, mean_with_interval
 from etb_hil.diagnosis.motion.steps import StepResponse, step_responses
 from etb_hil.diagnosis.motion.unseen import gap, outside_until
 
@@ -80,6 +81,7 @@ def test_samples_that_are_lost_before_a_command_leave_its_instant_open():
         ([1e-3] * 9 + [5.1e-3], 5.1e-3),
         ([1e-2] * 9 + [2.4e-2], 0.0),  # samples that are 10 ms apart
         ([1e-2] * 9 + [2.6e-2], 2.6e-2),
+        ([2.0**-6] * 9 + [2.5 * 2.0**-6], 0.0),  # numbers that are exact in binary: on the edge it is read
         ([], 0.0),
     ],
 )
@@ -101,6 +103,27 @@ def test_a_plate_is_outside_a_band_about_any_final_angle_while_it_still_moves_by
     assert outside_until(time, angle, 3, 0.9) is None
     assert outside_until(time, angle, 0, 2.4) == 1.0
     assert outside_until(time, angle, 0, 2.5) is None
+
+
+@pytest.mark.parametrize(("until", "seconds"), [(None, 0.0), (1.5, 0.4), (1.0, 0.0), (0.2, 0.0)])
+def test_the_earliest_end_of_a_motion_counts_from_the_latest_instant_of_its_command(until, seconds):
+    command = Reading(1.0, own=((0.1, 0.1),))
+    assert earliest(until, command) == pytest.approx(seconds)
+
+
+def test_an_error_that_one_of_two_repeats_lacks_moves_their_mean_half_as_far():
+    sure, unsure = Reading(1.0), Reading(1.0, ((0.2, 0.6),))
+    _, low, high = mean_with_interval([sure, unsure])
+    assert (1.0 - low, high - 1.0) == (pytest.approx(0.95 * 0.1), pytest.approx(0.95 * 0.3))
+
+
+def test_the_error_of_a_sum_of_means_is_that_of_students_t():
+    """Of (1, 3) and (2, 4, 9) the scatter has 3 degrees of freedom and the variance (2 + 26) / 3."""
+    error = math.sqrt(28.0 / 3.0 * (1.0 / 2.0 + 1.0 / 3.0))
+    half_width = 1.96 * error_of_means([(1.0, 3.0), (2.0, 4.0, 9.0)])
+    assert half_width == pytest.approx(stats.t.ppf(0.975, 3) * error, rel=1e-3)
+    assert 1.96 * error_of_means([(1.0, 3.0)]) == pytest.approx(stats.t.ppf(0.975, 1) * 1.0, rel=1e-3)
+    assert error_of_means([(1.0,), (2.0,)]) == 0.0
 
 
 def test_repeats_some_of_which_have_a_command_with_a_stamp_have_a_mean():
