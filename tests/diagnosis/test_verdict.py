@@ -133,6 +133,14 @@ def test_a_way_that_was_not_seen_passes_nobody():
     assert said(both(FAIL), unseen=unseen)[0] is FAIL
 
 
+def test_a_stop_of_the_model_that_the_plate_passed_is_named_beside_the_way_that_was_not_seen():
+    unseen = Unseen(start=1.3, end=1.6, share=0.2, stop=1.4)
+    _, (reason, *_) = conclude(both(), replace(GROUNDS, unseen=unseen))
+    assert "it passed the model's stop at 80.2 deg" in reason.text
+    _, (reason, *_) = conclude(both(), replace(GROUNDS, unseen=replace(unseen, stop=None)))
+    assert "the model's stop" not in reason.text
+
+
 def test_remarks_change_no_verdict_and_come_last():
     remark = Reason("hot", "the motor is warm")
     for stiction in (PASS, FAIL, INCONCLUSIVE):
