@@ -138,3 +138,12 @@ def test_nothing_is_known_before_the_first_good_sample():
     one.push([block(13)])
     assert one.is_known
     assert one.is_inside([block(13)])
+
+
+def test_a_reading_that_is_missing_does_not_make_a_known_supply_unknown():
+    one = guard()
+    assert not one.is_known
+    one.push([block(math.nan)])
+    assert not one.is_known
+    one.push([block(13, start_ms=25), block(math.nan, start_ms=50)])
+    assert one.is_known

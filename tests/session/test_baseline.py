@@ -126,6 +126,17 @@ def test_a_bare_log_is_expected_to_have_what_whole_logs_measure(baseline):
     assert (found.name, found.agrees) == ("T_st", False)
 
 
+def test_what_single_phases_measure_is_compared_where_a_bare_log_has_it(baseline):
+    expected = baseline("{return_time_open: {value: 0.2 s, tolerance: 5 %}}")
+    found = Measurement("return_time_open", "return time", 0.3, "s")
+    assert compare(expected, run_of(found, phases=(LOG,)))[0].agrees is False
+
+
+def test_a_number_that_no_measurement_has_is_missing_in_a_bare_log_too(baseline):
+    (found,) = compare(baseline("{of_nothing: {value: 4, tolerance: 1}}"), run_of(phases=(LOG,)))
+    assert (found.found, found.agrees) == ("not measured", False)
+
+
 @pytest.mark.parametrize(
     ("verdict", "shown", "agrees"),
     [(UnitVerdict.FAIL, "fail", True), (UnitVerdict.PASS, "pass", False), (None, "none", False)],
