@@ -322,16 +322,19 @@ class Diagnosis:
         return self._finished if self._running is None else [*self._finished, self._running.detector]
 
     def _cover(self, samples: SampleBlock, phase: RunPhase) -> None:
-        """Count lost samples and follow gaps, in phases of motion and at their edges."""
+        """Count lost samples and follow gaps, in phases of motion and at their edges.
+
+        Phases in which something is measured belong to them.
+        """
         before_ns, before = self._last if self._last is not None else (int(samples.time_ns[0]), phase)
         lost, gap = samples.lost_before, np.diff(samples.time_ns, prepend=before_ns)
-        if before.is_watched and not phase.is_watched:
+        if _is_covered(before) and not _is_covered(phase):
             lost, gap = lost[:1], gap[:1]
-        if before.is_watched or phase.is_watched:
+        if _is_covered(before) or _is_covered(phase):
             self._lost += int(np.sum(lost[lost > 0]))
             if int(gap.max()) > self._longest_gap:
                 self._longest_gap = int(gap.max())
-                at_edge = int(np.argmax(gap)) == 0 and before.is_watched
+                at_edge = int(np.argmax(gap)) == 0 and _is_covered(before)
                 self._gap_in = before.kind if at_edge else phase.kind
         self._last = (int(samples.time_ns[-1]), phase)
 
@@ -344,6 +347,10 @@ class Diagnosis:
         flowing = np.abs(current[np.isfinite(current)])
         if len(flowing):
             self._highest_current = max(self._highest_current, float(flowing.max()))
+
+
+def _is_covered(phase: RunPhase) -> bool:
+    return phase.is_watched or (phase.use is not Use.ZERO and phase.kind in phases_needed())
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,9 +82,9 @@ def at_least(value: float, note: str, measurement_id: str, suffix: str = "") -> 
 
 
 def earliest(until: float | None, command: Reading) -> float:
-    """Return how many s after a command a motion ended at the earliest that went on `until` then.
+    """Return how many s after a command a motion ended at the earliest.
 
-    The end of the interval counts. It is 0 where nothing is known.
+    It went on `until` a time in s, and the end of the interval counts. It is 0 where nothing is known.
     """
     return 0.0 if until is None else max(mean_with_interval([Reading(until).since(command)])[1], 0.0)
 

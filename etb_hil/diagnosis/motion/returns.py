@@ -15,7 +15,16 @@ from etb_hil.diagnosis.motion.between_samples import last_above
 from etb_hil.diagnosis.motion.commands import ARRIVED, instant, reports
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
 from etb_hil.diagnosis.motion.repeats import Reach, Reading, at_least, earliest, mean_with_interval, reach
-from etb_hil.diagnosis.motion.unseen import gap, gap_note, outside_until
+from etb_hil.diagnosis.motion.unseen import (
+    COMMANDS_LOST,
+    FEW,
+    commands_lost,
+    creep,
+    gap,
+    gap_note,
+    outside_until,
+    shown,
+)
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -28,6 +37,7 @@ AWAY = math.radians(3.0)  # from the model's default position: a plate that rest
 _NOT_AWAY = "the plate was not away from limp-home, as commanded, when the bridge was switched off"
 _MEAN_S = 0.05  # of rest, at the end
 _STILL = math.radians(0.1)  # over that time
+_FEWEST = 8  # samples of a return: every second one of them has a spline
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,35 +71,43 @@ def _returns(run: Findings) -> list[Return]:
     segments, found = run.of("release"), []
     encoder = encoder_of(run) if segments else None
     for segment in segments:
-        mode, angle = segment.column("command_mode"), segment.column("angle")
+        mode = segment.column("command_mode")
         off = np.flatnonzero((mode[:-1] > 0.0) & (mode[1:] == 0.0)) + 1
-        if encoder is not None and len(off) and np.isfinite(angle[int(off[-1]) :]).any():
+        if encoder is not None and len(off):
             found.append(_return(segment, int(off[-1]), run, encoder))
     return found
 
 
 def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Return:
     command, default = instant(segment, off), run.model.values.limp_home
-    known = np.isfinite(segment.column("angle"))
-    time, seen = segment.time[off:][known[off:]], segment.column("angle")[off:][known[off:]]
+    time, seen = shown(segment, off, len(segment.time))
+    # A plate that did not move says nothing of the side that it was to come from: the set-point does.
+    asked = float(segment.column("command_position")[off - 1])
+    if len(time) < _FEWEST:
+        return Return(asked < default, True, False, None, 0.0, FEW, math.nan, math.nan, math.nan)
     angle = encoder.corrected(seen)
     end = int(np.searchsorted(time, time[-1] - _MEAN_S))
     rest, last = float(np.mean(angle[end:])), angle[end:]
-    is_still = float(np.ptp(last)) < _STILL and not gap(time, end)
+    # A plate that creeps is taken to go on for as long as it was given.
+    goes_on = creep(last, encoder.error) * float(time[-1] - time[0]) / _MEAN_S
+    is_still = float(np.ptp(last)) < _STILL and goes_on < 0.5 * BACK and not gap(time, end)
     is_elsewhere = float(np.min(np.abs(last - default))) > AWAY + run.model.tolerance("limp_home")
     plate = _plate(segment, float(time[end]))
-    # A plate that did not move says nothing of the side that it was to come from: the set-point does.
-    asked = float(segment.column("command_position")[off - 1])
     is_opening = (asked if math.isfinite(asked) else float(angle[0])) < default
     way = abs(asked - default) if math.isfinite(asked) else 0.0
     is_away = abs(float(angle[0]) - default) > max(BACK, ARRIVED * way)
-    lost = gap(segment.time[known], int(np.count_nonzero(known[:off])))
-    if is_elsewhere or not is_still or lost:
+    before = shown(segment, 0, off)[0][-1:]
+    lost = gap(np.concatenate([before, time]), len(before))
+    open_command = commands_lost(segment, off)
+    if is_elsewhere or not is_still or lost or open_command:
         given = float(time[-1])
         least = earliest(given if is_elsewhere else outside_until(time, angle, 0, BACK), command)
         where = f"it was at {math.degrees(rest):.1f} deg then"
         note = f"not at rest at limp-home within {given - command.value:.2f} s: {where}"
-        note = gap_note(lost) if lost and not is_elsewhere else note
+        if open_command:
+            least, note = 0.0, COMMANDS_LOST
+        elif lost and not is_elsewhere:
+            note = gap_note(lost)
         return Return(is_opening, is_away, is_still, None, least, note, rest, *plate)
     found = _stays_within(time, angle - rest, BACK)
 

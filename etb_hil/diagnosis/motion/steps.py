@@ -19,7 +19,18 @@ from etb_hil.diagnosis.motion.between_samples import first_above, highest, last_
 from etb_hil.diagnosis.motion.commands import ARRIVED, holds, instant
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
 from etb_hil.diagnosis.motion.repeats import Reading, at_least, earliest, mean_with_interval, reach
-from etb_hil.diagnosis.motion.unseen import gap, gap_note, outside_until
+from etb_hil.diagnosis.motion.unseen import (
+    COMMANDS_LOST,
+    FEW,
+    GAP_S,
+    commands_lost,
+    creep,
+    gap,
+    gap_note,
+    outside_until,
+    shown,
+    swing_reach,
+)
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64
 
@@ -35,7 +46,12 @@ _MEAN_S = 0.02  # over which the angles before and after a step are averaged
 # swing of a second-order system, pi / sqrt(1 - d^2), is less than 3 times its rise from 10 to 90 % for any damping d
 # below 0.8 (2.8 times for 0.1, 2.5 for 0.3, 2.2 for 0.5); above that it does not overshoot by more than 1.5 %.
 _RESTS = 3.0
+_FEWEST = 8  # samples on either side of a command: every second one of them has a spline
+_TRIED = 9  # final angles of a swing: between two of them a swing may leave the band, so that both ends do not tell
+_INTERVALS = 3.0  # of a rise, each with a sample: a spline needs four points to bend as the third power does
 _EXACT = np.zeros(5)  # the angles that are read: the first, the last, at 10 %, at 90 %, at the band about the last
+
+_FINAL = np.array([0.0, 1.0, 0.0, 0.0, 0.0])  # of these, the last one
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +139,7 @@ def settling(run: Findings) -> Iterator[Estimate]:
 
 
 def _by_group(run: Findings) -> dict[str, tuple[list[StepResponse], list[Unread]]]:
-    """Return the responses, and the steps not seen to their end, by size and direction."""
+    """Return responses, and steps not seen to their end, by size and direction."""
     segments = run.of("step")
     groups: dict[str, tuple[list[StepResponse], list[Unread]]] = {}
     for one in step_responses(segments, encoder_of(run)) if segments else ():
@@ -142,22 +158,37 @@ def _lasts(segment: Segment, hold: tuple[int, int, float]) -> bool:
 def _response(
     segment: Segment, before: tuple[int, int, float], after: tuple[int, int, float], encoder: Encoder
 ) -> StepResponse | Unread:
-    time, angle = segment.time[before[0] : after[1]], segment.column("angle")[before[0] : after[1]]
-    known = np.isfinite(angle)
-    time, seen = time[known], angle[known]
+    time, seen = shown(segment, before[0], after[1])
     angle = encoder.corrected(seen)
     command = instant(segment, after[0])
     first = int(np.searchsorted(time, float(segment.time[after[0]])))
+
+    def unread(note: str, least: float = 0.0) -> Unread:
+        return Unread(before[2], after[2], least, note)
+
+    if first < _FEWEST or len(time) - first < _FEWEST:
+        return unread(FEW)
+    # Where the next command is, the plate may have followed one that was not seen.
+    if commands_lost(segment, after[0]) or commands_lost(segment, after[1]):
+        return unread(COMMANDS_LOST)
     found, given = _read(time, angle, first), float(time[-1] - time[first])
     asked, way = after[2] - before[2], _angle_before(time, angle, len(time)) - _angle_before(time, angle, first)
     if found is None or not way / asked >= ARRIVED:
         went, whole = math.degrees(abs(asked)) * way / asked, math.degrees(abs(asked))
-        note = f"the plate did not follow within {given:.2f} s: it went {went:.1f} of {whole:.4g} deg"
-        return Unread(before[2], after[2], given, note)
-    lost, rested = gap(time, first), float(time[-1]) - found.settled
-    if lost or rested < max(_MEAN_S, _RESTS * (found.ninth - found.tenth)):
-        note = gap_note(lost) if lost else f"the plate had not settled within {given:.2f} s"
-        return Unread(before[2], after[2], _least(time, angle, first, asked, command), note)
+        return unread(f"the plate did not follow within {given:.2f} s: it went {went:.1f} of {whole:.4g} deg", given)
+    rise = found.ninth - found.tenth
+    least = _least(time, angle, first, asked, command)
+    if lost := gap(time, first, min(GAP_S, rise / _INTERVALS)):
+        return unread(gap_note(lost), least)
+    quiet = max(_MEAN_S, _RESTS * rise)
+    resting = angle[int(np.searchsorted(time, time[-1] - quiet)) :]
+    left = swing_reach(resting, _angle_before(time, angle, len(time)), encoder.error)
+    # A plate that creeps is taken to go on for as long as it was given.
+    goes_on = max(*left, creep(resting, encoder.error) * given / quiet)
+    if float(time[-1]) - found.settled < quiet or goes_on > 0.5 * SETTLED * abs(found.size):
+        return unread(f"the plate had not settled within {given:.2f} s", least)
+    offs = np.linspace(-left[0], left[1], _TRIED) if max(left) > 0.0 else np.zeros(1)
+    final = [_read(time, angle, first, off * _FINAL) or found for off in offs]
     shared = [[_read(time, other, first) or found for other in both] for both in encoder.otherwise(seen)]
     old, new = (encoder.error_of_mean(angle[_before(time, end)]) for end in (first, len(time)))
     moving = encoder.error_between_samples
@@ -173,7 +204,8 @@ def _response(
         read = value(found)
         between = math.hypot(*(value(half) - read for half in halves)) / math.sqrt(2.0) / 8.0
         moved, own = ([reach(read, [value(end) for end in ends]) for ends in each] for each in (shared, rounded))
-        return Reading(read, ((between, between),), tuple(moved), tuple(own))
+        bounds = (between, between), reach(read, [value(end) for end in final])
+        return Reading(read, bounds, tuple(moved), tuple(own))
 
     return StepResponse(
         before[2],
@@ -186,7 +218,10 @@ def _response(
 
 
 def _least(time: Float64, angle: Float64, first: int, asked: float, command: Reading) -> float:
-    """Return how many s after the command the plate settled at the earliest, 0 where that is not known."""
+    """Return how many s after the command the plate settled at the earliest.
+
+    It is 0 where that is not known.
+    """
     size = max(abs(asked), float(np.ptp(angle[first:])))
     return earliest(outside_until(time, angle, first, SETTLED * size), command)
 
