@@ -15,7 +15,7 @@ from etb_hil.diagnosis.limits import Limit, Limits
 from etb_hil.diagnosis.motion.encoder import Encoder
 from etb_hil.diagnosis.motion.repeats import Reading, earliest, error_of_means, mean_with_interval
 from etb_hil.diagnosis.motion.steps import StepResponse, step_responses
-from etb_hil.diagnosis.motion.unseen import COMMANDS_LOST, creep, gap, outside_until, swing_reach
+from etb_hil.diagnosis.motion.unseen import COMMANDS_LOST, commands_lost, creep, gap, outside_until, shown, swing_reach
 from etb_hil.diagnosis.segments import COMMAND_FRAME_AGE
 
 FINE = np.linspace(0.0, 3.0, 3_000_001)
@@ -180,6 +180,27 @@ def test_a_command_before_which_one_is_missing_may_have_come_before(lost_at, is_
     (found,) = step_responses([with_commands(0.01, lost_at)], Encoder(18.0, 1e-9))
     assert isinstance(found, StepResponse) is not is_open
     assert not is_open or (found.note, found.least) == (COMMANDS_LOST, 0.0)
+
+
+def test_a_command_is_missing_where_the_last_one_is_older_than_one_and_a_half_paces():
+    """The median age is half a pace: the pace is 1 s here, and the numbers are exact in binary."""
+    ages = np.array([0.5, 0.5, 1.5, 1.5078125, 0.5, 0.5, 4.0])
+    made = segment("step", np.arange(7.0), **{COMMAND_FRAME_AGE: ages})
+    assert [commands_lost(made, index) for index in range(8)] == [False] * 4 + [True, False, False, False]
+    assert not commands_lost(segment("step", np.arange(7.0)), 3)  # without stamps nothing says so
+
+
+def test_samples_without_an_angle_and_times_that_come_twice_are_left_out():
+    made = segment("step", np.array([0.0, 1.0, 1.0, 2.0, 3.0]), angle=np.array([5.0, 6.0, 7.0, np.nan, 8.0]))
+    assert [one.tolist() for one in shown(made, 0, 5)] == [[0.0, 1.0, 3.0], [5.0, 6.0, 8.0]]
+    assert [one.tolist() for one in shown(made, 1, 2)] == [[1.0], [6.0]]
+
+
+def test_a_plate_within_one_step_of_the_encoder_is_at_rest_and_one_within_two_is_not():
+    error = 1.0 / math.sqrt(12.0)  # of a step of 1
+    assert creep(np.array([0.0, 0.0, 0.5, 0.5, 1.0, 1.0]), error) == 0.0
+    assert creep(np.array([0.0, 0.0, 1.0, 1.0, 2.0, 2.0]), error) == 3.0
+    assert creep(np.array([0.0, 0.0, 2.0, 2.0, 2.0, 2.0]), error) == 0.0  # it stands still in the end
 
 
 @pytest.mark.parametrize("seed", range(40))
