@@ -32,7 +32,9 @@ MODULES = {
     "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_speed_watch bench/test_supervision"),
     "bench/supply_guard": Tests("bench/test_supply_guard"),
     "bench/command_pause": Tests("bench/test_stop_signals"),
-    "bench/beat": Tests("bench/test_beat bench/test_interlock bench/test_ahead uds/test_uds_in_a_run"),
+    "bench/beat": Tests(
+        "bench/test_beat bench/test_interlock bench/test_ahead bench/test_silent_status uds/test_uds_in_a_run"
+    ),
     "bench/stop_signals": Tests("bench/test_stop_signals trusted/test_safe_stop_verbs"),
     "bench/guided": Tests("bench/test_guided"),
     "bench/guided_process": Tests("bench/test_guided"),

@@ -35,10 +35,12 @@ def split_bench(folder, cycle_ms=10):
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    def judged(phases, *, supply="", ident=None, since_s=0.0, cycle_ms=10):
+    def judged(phases, *, supply="", ident=None, since_s=0.0, cycle_ms=10, without="nothing"):
         scenario = tmp_path / "scenario.yaml"
         scenario.write_text(HEAD % supply + phases)
         bench = split_bench(tmp_path, cycle_ms)
+        lines = bench.read_text("utf-8").splitlines(keepends=True)
+        bench.write_text("".join(line for line in lines if not line.lstrip().startswith(f"{without}:")), "utf-8")
         job = prepare(JobFiles(scenario, bench, find("model", "default"), find("limits", "default")))
         connect = job_room.connect
 
@@ -75,6 +77,10 @@ def test_all_of_them_together_let_the_run_end(run):
 
 def test_a_supply_that_no_window_is_stated_for_decides_nothing(run):
     assert run(HOLD, ident=305).results.bench.reason_id == ""
+
+
+def test_a_role_that_the_bench_does_not_have_decides_nothing(run):
+    assert run(HOLD, without="faults").results.bench.reason_id == ""
 
 
 def test_a_message_may_be_missed_twice_in_its_own_cycle(run):
