@@ -5,8 +5,8 @@ import re
 
 import numpy as np
 import pytest
-from end_of_line_study import job_of, run
 from made_segments import segment
+from pushed_rows import pushed_rows
 from scipy import stats
 
 from etb_hil.base.outcome import UnitVerdict
@@ -75,7 +75,7 @@ def test_a_step_that_the_next_command_cuts_short_says_what_is_true_or_nothing(co
         read += 1
         for name, truth, edge in (("settling", settled, 4e-4), ("overshoot", max(peak, 0.0), 2e-3)):
             _, low, high = mean_with_interval([getattr(found, name)])
-            slack = edge + 0.05 * (high - low)  # the interval holds 95 % of what a swing leaves open
+            slack = edge + 0.05 * (high - low)  # of 95 % intervals
             assert low - slack <= truth <= high + slack, (name, hold, truth, low, high)
     assert read
 
@@ -219,7 +219,7 @@ def test_any_samples_that_are_left_of_a_step_are_read_or_not(seed):
 
 
 @pytest.mark.parametrize("part", [8, 3, 1])
-def test_a_plate_that_creeps_is_no_plate_at_rest(part):
+def test_a_plate_that_creeps_is_not_at_rest(part):
     angle = np.linspace(0.0, 0.1, 30 * part)
     assert creep(angle, 1e-9) == pytest.approx(0.1, rel=0.05)
     assert swing_reach(angle, 0.1, 1e-9) == (0.0, 0.0)
@@ -236,14 +236,8 @@ def test_the_final_angle_of_a_swing_lies_between_its_ends():
 @pytest.fixture(scope="module")
 def pushed():
     """Return the steps and returns of an end-of-line run with their phases, with the zero before; and the model."""
-    job, found = job_of(), []
-    usual = Diagnosis.push
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            Diagnosis, "push", lambda self, rows, phase: found.append((rows, phase)) or usual(self, rows, phase)
-        )
-        run(job, job.unit, 5, piece_s=0.1)
-    return [one for one in found if one[1].kind in {"current_zero", "step", "release"}], job.model
+    found, model = pushed_rows()
+    return [one for one in found if one[1].kind in {"current_zero", "step", "release"}], model
 
 
 def judged(pushed, limits, keep=lambda since, _: since < math.inf):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from end_of_line_study import job_of, run
+from pushed_rows import pushed_rows
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.roles import ROLES
@@ -22,14 +22,7 @@ EVERY = Limits("A-1", "1", 0.0, {name: Limit(high=1e9) for name in KINDS})
 @pytest.fixture(scope="module")
 def pushed():
     """Return the rows of an end-of-line run with their phases, and the model of the bench."""
-    job, found = job_of(), []
-    usual = Diagnosis.push
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            Diagnosis, "push", lambda self, rows, phase: found.append((rows, phase)) or usual(self, rows, phase)
-        )
-        run(job, job.unit, 5, piece_s=0.1)
-    return found, job.model
+    return pushed_rows()
 
 
 def judged(pushed, *, without_role="", without_phase=""):

@@ -18,6 +18,7 @@ from etb_hil.diagnosis.motion.repeats import Reach, Reading, at_least, earliest,
 from etb_hil.diagnosis.motion.unseen import (
     COMMANDS_LOST,
     FEW,
+    FEWEST,
     commands_lost,
     creep,
     gap,
@@ -37,7 +38,6 @@ AWAY = math.radians(3.0)  # from the model's default position: a plate that rest
 _NOT_AWAY = "the plate was not away from limp-home, as commanded, when the bridge was switched off"
 _MEAN_S = 0.05  # of rest, at the end
 _STILL = math.radians(0.1)  # over that time
-_FEWEST = 8  # samples of a return: every second one of them has a spline
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     time, seen = shown(segment, off, len(segment.time))
     # A plate that did not move says nothing of the side that it was to come from: the set-point does.
     asked = float(segment.column("command_position")[off - 1])
-    if len(time) < _FEWEST:
+    if len(time) < FEWEST:
         return Return(asked < default, True, False, None, 0.0, FEW, math.nan, math.nan, math.nan)
     angle = encoder.corrected(seen)
     end = int(np.searchsorted(time, time[-1] - _MEAN_S))

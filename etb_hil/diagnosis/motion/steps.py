@@ -22,6 +22,7 @@ from etb_hil.diagnosis.motion.repeats import Reading, at_least, earliest, mean_w
 from etb_hil.diagnosis.motion.unseen import (
     COMMANDS_LOST,
     FEW,
+    FEWEST,
     GAP_S,
     commands_lost,
     creep,
@@ -46,7 +47,6 @@ _MEAN_S = 0.02  # over which the angles before and after a step are averaged
 # swing of a second-order system, pi / sqrt(1 - d^2), is less than 3 times its rise from 10 to 90 % for any damping d
 # below 0.8 (2.8 times for 0.1, 2.5 for 0.3, 2.2 for 0.5); above that it does not overshoot by more than 1.5 %.
 _RESTS = 3.0
-_FEWEST = 8  # samples on either side of a command: every second one of them has a spline
 _TRIED = 9  # final angles of a swing: between two of them a swing may leave the band, so that both ends do not tell
 _INTERVALS = 3.0  # of a rise, each with a sample: a spline needs four points to bend as the third power does
 _EXACT = np.zeros(5)  # the angles that are read: the first, the last, at 10 %, at 90 %, at the band about the last
@@ -55,47 +55,42 @@ _FINAL = np.array([0.0, 1.0, 0.0, 0.0, 0.0])  # of these, the last one
 
 
 @dataclass(frozen=True, slots=True)
-class StepResponse:
-    """One step from `start` to `end` rad as commanded, and its response.
+class Step:
+    """A step of the set-point from `start` to `end` rad."""
+
+    start: float
+    end: float
+
+    @property
+    def group(self) -> str:
+        """The step's size and direction, as a suffix of ids."""
+        size = "small" if abs(self.end - self.start) < SMALL else "large"
+        return f"{size}_{'opening' if self.end > self.start else 'closing'}"
+
+
+@dataclass(frozen=True, slots=True)
+class StepResponse(Step):
+    """The response to a step.
 
     Times are in s, the overshoot is a share of the step.
     """
 
-    start: float
-    end: float
     delay: Reading
     rise: Reading
     settling: Reading
     overshoot: Reading
 
-    @property
-    def group(self) -> str:
-        """The step's size and direction, as a suffix of ids."""
-        return _group(self.start, self.end)
-
 
 @dataclass(frozen=True, slots=True)
-class Unread:
-    """A step from `start` to `end` rad whose response was not seen to its end.
+class Unread(Step):
+    """A step whose response was not seen to its end.
 
     The plate did not follow, had not settled, or samples were lost: `note` says which. It settles after `least` s at
     the earliest.
     """
 
-    start: float
-    end: float
     least: float
     note: str
-
-    @property
-    def group(self) -> str:
-        """The step's size and direction, as a suffix of ids."""
-        return _group(self.start, self.end)
-
-
-def _group(start: float, end: float) -> str:
-    size = "small" if abs(end - start) < SMALL else "large"
-    return f"{size}_{'opening' if end > start else 'closing'}"
 
 
 def step_responses(segments: Sequence[Segment], encoder: Encoder) -> Iterator[StepResponse | Unread]:
@@ -166,7 +161,7 @@ def _response(
     def unread(note: str, least: float = 0.0) -> Unread:
         return Unread(before[2], after[2], least, note)
 
-    if first < _FEWEST or len(time) - first < _FEWEST:
+    if first < FEWEST or len(time) - first < FEWEST:
         return unread(FEW)
     # Where the next command is, the plate may have followed one that was not seen.
     if commands_lost(segment, after[0]) or commands_lost(segment, after[1]):

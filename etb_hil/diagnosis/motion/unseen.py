@@ -15,6 +15,7 @@ from etb_hil.recording.samples import Float64
 # s. The springs of the default model alone accelerate the plate by 262 rad/s^2, which takes it 0.05 deg off the line
 # across such a gap (a t^2 / 8): a twentieth of the 1 deg that a return is judged by.
 GAP_S = 5e-3
+FEWEST = 8  # samples of a motion: every second one of them has a spline
 # Commands come at a steady pace, so that the last one is at most one pace old, and half of one in the mean. Where it is
 # older than one and a half, one was lost.
 _PACES = 1.5
