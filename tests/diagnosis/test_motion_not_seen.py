@@ -187,6 +187,8 @@ def test_a_command_is_missing_where_the_last_one_is_older_than_one_and_a_half_pa
     ages = np.array([0.5, 0.5, 1.5, 1.5078125, 0.5, 0.5, 4.0])
     made = segment("step", np.arange(7.0), **{COMMAND_FRAME_AGE: ages})
     assert [commands_lost(made, index) for index in range(8)] == [False] * 4 + [True, False, False, False]
+    late = segment("step", np.arange(5.0), **{COMMAND_FRAME_AGE: np.array([0.5, 4.0, 0.5, 0.5, 0.5])})
+    assert [commands_lost(late, index) for index in range(4)] == [False, False, True, False]
     assert not commands_lost(segment("step", np.arange(7.0)), 3)  # without stamps nothing says so
 
 
