@@ -166,10 +166,10 @@ def _run(
     settings[kalman.NOISE_VOLTAGE] *= noise.voltage
     settings[kalman.JITTER] *= math.sqrt(noise.jitter)
     read = forces.lateness(p)
-    readings, later, lasts, keeps = _read(record, p, read)
+    readings, later, lasts, keeps = read_without_lag(record, p, read)
     _make_noisier(settings, keeps, float(lasts.mean()))
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
-    slopes, gains = np.empty((kept, 3, 3)), np.empty((kept, 3, SIZE))
+    slopes, gains = np.empty((kept, 3, 4)), np.empty((kept, 3, SIZE))
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
     covariances, ahead, noises = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE)), np.empty((kept, 3, 2))
     levels = np.empty(kept)
@@ -189,7 +189,7 @@ def _run(
     return found, covariances, spreads
 
 
-def _read(record: Record, parameters: Float64, read: Float64) -> tuple[Float64, Float64, Float64, Float64]:
+def read_without_lag(record: Record, parameters: Float64, read: Float64) -> tuple[Float64, Float64, Float64, Float64]:
     """Return readings (n, 3) without a lag, at the samples that they tell of.
 
     What terms add to them is taken off. Behind a lag a reading keeps a share of the one before; with that taken off, a

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.estimation.throttle import current_at, growth, parts_of
 from etb_hil.plant.effects import compose
 from etb_hil.plant.effects.catalogue import CATALOGUE, OWN
 from etb_hil.plant.effects.effect import Effect, arguments
@@ -51,6 +52,9 @@ from etb_hil.recording.samples import Float64, Int64
 # current (A), the motor's angle and the plate's (rad at the throttle shaft).
 BRAKING, LEVEL, LOST, AT_CURRENT, AT_MOTOR, AT_PLATE = range(6)
 ADDED = 6
+# Behind these, along a motion: how much the braking torque grows over a sample (N·m), see `throttle.growth`.
+GROWTH = ADDED
+ALONG = ADDED + 1
 MEMORY = SLOW + max((one.sensor.size for one in OWN if one.sensor and one.acts_at(Port.PLATE_READING)), default=0)
 _INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
@@ -58,7 +62,7 @@ _BEYOND, _HALVINGS = 1.0, 30  # rad that no play of a sensor has, and how often 
 _ASKS = "theta, omega, current, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
 _BEGUN = "apart, theta, current, temperature, remembered, p"
-_MOTION = "begin, end, dt, voltage, temperature, states, ahead, read, remembered, p, room, out"
+_MOTION = "begin, end, dt, voltage, temperature, states, ahead, before, read, remembered, coming, read_by, p, room, out"
 # The ports of the lateness of each reading, by what is added to it.
 _LATE = {Port.CURRENT_LATENESS: AT_CURRENT, Port.MOTOR_LATENESS: AT_MOTOR, Port.PLATE_LATENESS: AT_PLATE}
 _lateness = {port: compose.composed(port, OWN) for port in _LATE}
@@ -80,6 +84,8 @@ _FINE = {
     Port.ENCODER_ANGLE: "out[4] += {f}(theta * p[GEAR], p) / p[GEAR] - theta",
     Port.PLATE_READING: "out[5] += {f}(theta, remembered[SLOW:], p) - theta",
 }  # fmt: skip
+# Terms that change with the angle within a sample: the motor turns by radians in one.
+_WITHIN = (Port.SPRINGS, Port.SPRING_TORQUE, Port.MOTOR_TORQUE, Port.TORQUE_SHARE, Port.BACK_EMF_SHARE)
 _FRICTION = (Port.STRIBECK_PEAK, Port.FRICTION_SHARE, Port.FRICTION_TORQUE, Port.FRICTION_AGE, Port.FRICTION_HEAT)
 _LEVELS = {
     Port.FRICTION_SHARE: "level *= {f}(1.0, theta, omega, load, bristle, temperature, surplus / level, slow, p)",
@@ -360,8 +366,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     Each effect has a loop of its own: one call for each sample costs as much as what it returns.
     """
     scope: dict[str, Any] = {
-        "f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE,
-        "without_lag": without_lag, "math": math, "arrival": arrival,
+        "f": function, "passing": passing, "current_at": current_at, "without_lag": without_lag, "arrival": arrival,
     }  # fmt: skip
     late = {port: at for port, at in _LATE.items() if terms.acts_at(port)}
     lines = []
@@ -376,12 +381,15 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     if terms.acts_at(*READINGS, Port.PLATE_LEAD):
         lines += [
             "    v = voltage[max(k - 1, 0)]",
-            "    f(x[0], x[1], x[4], v, x[2], t, remembered, p, room)",
+            "    w = before[k, 0]",
+            f"    f(w[0], w[1], w[4], v, w[2], t, {'coming' if terms.has_sensor else 'remembered'}, p, room)",
             "    o[3] = room[3]; o[4] = room[4]; o[5] = room[5]",
         ]
         for at in late.values():
             lines += [
                 "    h = dt[k]",
+                f"    w = before[k, {at - AT_CURRENT}]",
+                "    gains = (w[1] - states[max(k - 1, 0), 1]) / h",
                 f"    keeps, late = without_lag(read_lag_{at}, h)",
                 f"    late += read_delay_{at}",
                 f"    arrives = arrival({at - AT_CURRENT}, late, h) * h",
@@ -395,28 +403,37 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
             ]
     else:
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
+    scope["parts_of"], scope["growth"] = parts_of, growth
     lines += [
-        "    omega, current, v = 0.5 * (x[1] + y[1]), 0.5 * (x[4] + y[4]), voltage[k]",
-        "    f(0.5 * (x[0] + y[0]), omega, current, v, 0.5 * (x[2] + y[2]), t, remembered, p, room)",
-        "    o[0] = room[0]; o[1] = room[1]; o[2] = room[2]",
+        "    o[0] = o[1] = o[2] = o[6] = 0.0",
+        f"    parts = {'parts_of(dt[k])' if terms.acts_at(*_WITHIN) else '1'}",
+        "    for part in range(parts):",
+        "        to = (part + 0.5) / parts",
+        "        theta, omega = x[0] + to * (y[0] - x[0]), x[1] + to * (y[1] - x[1])",
+        "        current, bristle = x[4] + to * (y[4] - x[4]), x[2] + to * (y[2] - x[2])",
+        "        f(theta, omega, current, voltage[k], bristle, t, remembered, p, room)",
+        "        o[0] += room[0] / parts; o[1] += room[1] / parts; o[2] += room[2] / parts",
+        "        _, grows = growth(part, parts)",
+        "        o[6] += room[0] * grows",
     ]
     if terms.has_states or terms.has_sensor:
         lines.append("    if k + 1 < len(states):")
-        lines.append("        passing(x[1], states[k + 1, 0] - x[0], x[4], v, t, dt[k], remembered, p)")
+        if terms.has_sensor:
+            lines.append("        coming[:] = remembered")
+            lines.append("        passing(x[1], y[0] - x[0], x[4], voltage[k], t, dt[k], coming, p)")
+        lines.append("        passing(x[1], states[k + 1, 0] - x[0], x[4], voltage[k], t, dt[k], remembered, p)")
     return _compiled(f"along_{terms.id}", _MOTION, lines, scope)
 
 
 # What arrives behind a state without its lag: `now` by the lateness that it was read with, `then` by another one.
 _LATE_CURRENT = [
     "if late != 0.0: v = voltage[k]",
-    "at_rest = (v - x[5] - p[KE] * x[1]) / p[R]",
-    "now = at_rest + (x[4] - at_rest) * math.exp(-p[R] * (arrives - late) / p[L])",
-    "then = at_rest + (x[4] - at_rest) * math.exp(-p[R] * (arrives - moved) / p[L])",
+    "now = current_at(w, v, gains, arrives - late, read_by)[0]",
+    "then = current_at(w, v, gains, arrives - moved, p)[0]",
 ]
 _LATE_ANGLE = [
-    "gains = (x[1] - states[max(k - 1, 0), 1]) / h",
-    "now = x[0] + (arrives - late) * (x[1] + 0.5 * (arrives - late) * gains)",
-    "then = x[0] + (arrives - moved) * (x[1] + 0.5 * (arrives - moved) * gains)",
+    "now = w[0] + (arrives - late) * (w[1] + 0.5 * (arrives - late) * gains)",
+    "then = w[0] + (arrives - moved) * (w[1] + 0.5 * (arrives - moved) * gains)",
 ]
 
 
@@ -432,9 +449,10 @@ _passing_time = [_passing(terms) for terms in _TERMS]
 add = _chosen("add", _ASKS, _adding)
 pass_time = _chosen("pass_time", _PASSED, _passing_time)
 begin = _chosen("begin", _BEGUN, [_beginning(*each) for each in zip(_TERMS, _adding, strict=True)])
-# Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
-# the readings at their states, else in the middle of the way to the state that was predicted (`ahead`). `read` (3, 2):
-# the delay and the lag in s of each reading in the motion that was filtered.
+# Fills in what an effect adds (`out`, (samples, `ALONG`)) from sample `begin` to before `end` of a filtered motion: to
+# each reading at the state before it (`before`, (n, 3, `SIZE`)), else on the way to the state that was predicted
+# (`ahead`). `read` (3, 2): the delay and the lag in s of each reading by the parameters `read_by` of that filter.
+# `coming`: what is remembered at sample `begin` as it was predicted, before readings corrected the way there.
 along = _chosen("along", _MOTION, [_along(*each) for each in zip(_TERMS, _adding, _passing_time, strict=True)])
 _starts = compose.starts(OWN, is_open=True)
 

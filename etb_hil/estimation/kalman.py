@@ -32,7 +32,10 @@ from etb_hil.estimation.throttle import (
     THETA,
     TORQUE,
     VOLTAGE,
+    current_at,
+    growth,
     keep_bristle,
+    parts_of,
     step,
 )
 from etb_hil.plant.physics import (
@@ -71,7 +74,6 @@ _LEAST_LEVEL = -0.95  # share of friction that is at most taken away
 _BURST = 2  # samples that are lost before that: a single blow moves nothing
 _FASTEST, _FASTER = 10.0, 1.0  # rad/s: an unknown velocity, and by how much one differs from the mean of a sample
 _EDGE_S = 0.02  # s: an edge that lasts longer tells that the motion stands
-_LONGEST = 0.26e-3  # s: coarser steps show a false gain of the current
 _STEP = 1e-5  # rad, rad/s, A: step of the derivatives of what effects add
 _ROUNDS = 2.0 * math.pi
 # Share of a rounding error's variance that does not last: by 0.8, 0.5 and 0.2 a healthy record of 40,000 samples is
@@ -83,19 +85,6 @@ _WHITE = 0.2
 def current_rate(x: Vector, voltage: float, p: Vector) -> float:
     """Return how fast the current changes under a voltage, A/s."""
     return (voltage - x[VOLTAGE] - p[RESISTANCE] * x[CURRENT] - p[BACK_EMF] * x[OMEGA]) / p[INDUCTANCE]
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector) -> tuple[float, float]:
-    """Return the current in A `later` s after a state, and its derivative.
-
-    The derivative is that by the state's current. The winding's equation is solved exactly under a constant voltage and
-    the mean velocity of a motion that gains so much, rad/s^2.
-    """
-    share = math.exp(-p[RESISTANCE] * later / p[INDUCTANCE])
-    omega = x[OMEGA] + 0.5 * later * gains
-    at_rest = (voltage - x[VOLTAGE] - p[BACK_EMF] * omega) / p[RESISTANCE]
-    return at_rest + (x[CURRENT] - at_rest) * share, share
 
 
 @njit(cache=True, error_model="numpy")
@@ -156,12 +145,6 @@ def acting_on(
     acting[LEVEL] = max(acting[LEVEL], _LEAST_LEVEL)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def parts_of(dt: float) -> int:
-    """Return in how many steps a sample of dt s is predicted."""
-    return int(dt / _LONGEST - 1e-6) + 1
-
-
 @njit(cache=True, error_model="numpy")
 def predict(
     x: Vector, p: Vector, voltage: float, temperature: float, dt: float, active: Int64, memory: Vector, acting: Vector,
@@ -181,12 +164,13 @@ def predict(
         f[i, i] = 1.0
     for part in range(parts):
         if len(active) > 0:
-            theta, ahead = x[THETA], 0.5 * h * x[OMEGA]
-            x[THETA] += ahead
+            theta, current = x[THETA], x[CURRENT]
+            x[THETA] += 0.5 * h * x[OMEGA]
+            x[CURRENT], _ = current_at(x, voltage, 0.0, 0.5 * h, p)
             acting_on(x, voltage, temperature, active, memory, p, acting, d, level, part == 0)
-            x[THETA] = theta
-            acting[BRAKING] -= ahead * acting[BY_ANGLE]
-        step(x, p, voltage, h, acting, rests, f, b, work)
+            x[THETA], x[CURRENT] = theta, current
+        grown, _ = growth(part, parts)
+        step(x, p, voltage, h, grown, acting, rests, f, b, work)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -331,7 +315,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     the motor's rounding error that the next sample has, too. `active`: indices of the effects in `p`. `states` (n,
     `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard deviations; `roots` (n, 3): what 1 of
     a reading is of it, 0 where none was read. Both are lowered where an innovation is large. With `is_kept` also
-    `slopes` (n, 3, 3): of the readings by their own state, the velocity and the disturbance voltage, `gains` (n, 3,
+    `slopes` (n, 3, 4): of the readings by their own state, the velocity, the disturbance voltage and by how much the
+    velocity grew since the sample before, `gains` (n, 3,
     `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and `ahead` (n,
     `SIZE`), the next sample's state as predicted, `levels` (n): share added to friction on the way there by effects,
     too, and `noises` (n, 3, 2): variances of the readings' noise, all of it and what the clock's jitter adds.
@@ -376,17 +361,18 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             slope = 1.0 + added[by, forces.AT_CURRENT + m] / _STEP
             by_omega = by_voltage = 0.0
             expected = x[at] + added[0, forces.AT_CURRENT + m]
-            faster = 0.0
+            faster = by_faster = 0.0
             if later[k, m] != 0.0 and since[k] == 0.0:
                 faster = (x[OMEGA] - states[k - 1, OMEGA]) / h
             if m == 0:
                 noise = s[NOISE_CURRENT]
                 if later[k, m] != 0.0:
-                    then, share = _current_at(x, voltage[k], faster, later[k, m], p)
+                    then, share = current_at(x, voltage[k], faster, later[k, m], p)
                     expected += then - x[CURRENT]
                     slope += share - 1.0
                     by_voltage = (share - 1.0) / p[RESISTANCE]
                     by_omega = p[BACK_EMF] * by_voltage
+                    by_faster = 0.5 * later[k, m] * by_omega
                     noise += ((1.0 - share) / p[RESISTANCE]) ** 2 * (s[NOISE_VOLTAGE] + unsure[k]) / s[SCALE + m]
                 moves_by = current_rate(x, voltage[k], p)
             elif m == 1:
@@ -398,6 +384,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 noise = s[NOISE_PLATE] + _edge(s[STEP_PLATE], s[LASTS_PLATE], x[OMEGA], h)
             if m > 0 and later[k, m] != 0.0:
                 by_omega = later[k, m]
+                by_faster = 0.5 * by_omega * by_omega
                 expected += by_omega * (x[OMEGA] + 0.5 * by_omega * faster)
             jitter = s[SCALE + m] * (s[JITTER] * moves_by) ** 2
             noise = s[SCALE + m] * noise + jitter
@@ -438,6 +425,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     cov[j, i] = cov[i, j]
             if is_kept:
                 slopes[k, m, 0], slopes[k, m, 1], slopes[k, m, 2] = slope, by_omega, by_voltage
+                slopes[k, m, 3] = by_faster / h if since[k] == 0.0 else 0.0
                 noises[k, m, 0], noises[k, m, 1] = noise, jitter
         lost = lost + 1 if is_lost else 0
         keep_bristle(x, p, acting[LEVEL])

@@ -107,7 +107,7 @@ def normal_of_variances(  # noqa: C901, PLR0912 (one loop over the samples)
             root = roots[k, m]
             if root == 0.0:
                 continue
-            at, (slope, by_omega, by_voltage) = (CURRENT if m == 0 else THETA), slopes[k, m]
+            at, (slope, by_omega, by_voltage, _) = (CURRENT if m == 0 else THETA), slopes[k, m]
             error = whitened[k, m]
             also = 1.0 if m == 1 else 0.0
             weight = min(LARGE * LARGE / (error * error), 1.0) if error != 0.0 else 1.0
