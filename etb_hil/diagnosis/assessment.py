@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etb_hil.diagnosis.bent_bristles import unsure_by_bristles
+from etb_hil.diagnosis.bent_bristles import unsure_by_bristles, unsure_by_lag
 from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
@@ -108,6 +108,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = law.fit
         if law.fit is fit:  # a free exponent is fitted to windows that slide; ageing shows in bent windows alone
             unsure = unsure_by_bristles(ticks, windows, evidence, prior, fit)
+        unsure = unsure_by_lag(ticks, windows, evidence, law.prior, unsure)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))

@@ -27,6 +27,7 @@ from etb_hil.estimation.motion import (
     LEVEL,
     MOVING,
     OMEGA,
+    STATES,
     THETA,
     advance,
     spring,
@@ -108,7 +109,7 @@ def restart(x: Vector, cov: Float64, s: Vector, angle: float, current: float, se
     s[CURRENT], s[RUNNING], s[MEAN_INNOVATION], s[SETTLED] = current, 1.0, 0.0, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _multiplied(cov: Float64, r: Vector, f: Vector, n: int, v: Vector, w: Vector) -> None:
     """Fill in v = P r and w = P f."""
     for k in range(n):
@@ -123,7 +124,7 @@ def _multiplied(cov: Float64, r: Vector, f: Vector, n: int, v: Vector, w: Vector
                 w[k] += fm * cov[m, k]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _predict(
     x: Vector,
     cov: Float64,
@@ -190,7 +191,7 @@ def _excess(s: Vector, dt: float) -> float:
     return s[MEAN_INNOVATION] ** 2 * (2.0 * _MEAN_OVER / dt + 1.0) - _WHITE
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _noise(
     x: Vector, p: Vector, s: Vector, change: float, dt: float, h: float, settings: Vector
 ) -> tuple[float, float, float, float]:
@@ -223,13 +224,14 @@ def _noise(
     return torque, wanders, uneven, bends
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _correct(
     x: Vector, cov: Float64, p: Vector, s: Vector, error: float, dt: float, n: int, settings: Vector, v: Vector
 ) -> None:
     """Take the innovation of an angle in rad into state, parameters and covariance."""
-    step = settings[ANGLE_STEP]
-    edge = min(max(step / (abs(x[OMEGA]) * dt + 1e-12), 1.0), _EDGE_S / dt + 1.0)  # samples that it lasts
+    step, edge = settings[ANGLE_STEP], 1.0
+    if settings[LASTING] > 0.0:
+        edge = min(max(step / (abs(x[OMEGA]) * dt + 1e-12), 1.0), _EDGE_S / dt + 1.0)  # samples that it lasts
     variance = settings[ANGLE_NOISE] + step * step / 12.0 * (1.0 + (edge - 1.0) * settings[LASTING])
     total = cov[THETA, THETA] + variance
     size = abs(error) / math.sqrt(total)
@@ -268,7 +270,7 @@ def _correct(
             p[ADAPTED[m - MOVING]] *= scale
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _estimate(
     x: Vector, cov: Float64, p: Vector, misfit: float, n: int, settings: Vector, lowest: Vector, highest: Vector
 ) -> tuple[float, float]:
@@ -287,10 +289,11 @@ def _estimate(
     omega, damping = x[OMEGA], p[BRISTLE_DAMPING]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
     x[BRISTLE] = min(max(x[BRISTLE], -_BENT_MOST * g), _BENT_MOST * g)
-    yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * x[BRISTLE] / g
+    per_g = 1.0 / g
+    yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * x[BRISTLE] * per_g
     friction = x[BRISTLE] + damping * omega * yields + p[VISCOUS] * omega + x[DISTURBANCE]
     # Bristles that yield as fast as they go are bent by the level alone, whatever their own error was.
-    a, b = damping * yields + p[VISCOUS], max(1.0 - damping * abs(omega) / g, 0.0)
+    a, b = damping * yields + p[VISCOUS], max(1.0 - damping * abs(omega) * per_g, 0.0)
     square = settings[CONSTANT] * friction * friction + cov[DISTURBANCE, DISTURBANCE]
     square += misfit * p[COULOMB] ** 2 * min(max(yields, 0.0), 1.0)
     square += a * (a * cov[OMEGA, OMEGA] + 2.0 * (b * cov[OMEGA, BRISTLE] + cov[OMEGA, DISTURBANCE]))
@@ -306,8 +309,8 @@ def _estimate(
     return friction, math.sqrt(max(square, 0.0))
 
 
-@njit(cache=True, error_model="numpy")
-def run_filter(
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _run(
     time_ns: Int64,
     current: Float64,
     angle: Float64,
@@ -327,11 +330,7 @@ def run_filter(
 ) -> None:
     """Filter samples, and fill in velocity, friction torque and its deviation.
 
-    Velocities are in rad/s, torques in N·m; the deviation is a standard deviation.
-
-    Instants in ns, current in A, angle in rad. State, covariance, parameters (`lowest`, `highest`: their bounds, those
-    of T_c last) and what is carried are changed in place; the first `n` states are estimated, the others stay. A sample
-    that is not a number gives none; nor do the first ones after a gap, until the friction is known.
+    See `run_adapting`; the first `n` states are estimated.
     """
     last = last_ns[0]
     for k in range(len(time_ns)):
@@ -358,3 +357,61 @@ def run_filter(
             continue
         velocity[k], friction[k], deviation[k] = x[OMEGA], torque, sigma
     last_ns[0] = last
+
+
+# A kernel for each number of states: loops of a known length take half of the time.
+@njit(cache=True, error_model="numpy")
+def run_adapting(
+    time_ns: Int64,
+    current: Float64,
+    angle: Float64,
+    x: Vector,
+    cov: Float64,
+    p: Vector,
+    s: Vector,
+    last_ns: Int64,
+    settings: Vector,
+    lowest: Vector,
+    highest: Vector,
+    work: Float64,
+    velocity: Float64,
+    friction: Float64,
+    deviation: Float64,
+) -> None:
+    """Filter samples, and fill in velocity, friction torque and its deviation.
+
+    Velocities are in rad/s, torques in N·m; the deviation is a standard deviation.
+
+    Instants in ns, current in A, angle in rad. State, covariance, parameters (`lowest`, `highest`: their bounds, those
+    of T_c last) and what is carried are changed in place. A sample that is not a number gives none; nor do the first
+    ones after a gap, until the friction is known.
+    """
+    _run(
+        time_ns, current, angle, STATES, x, cov, p, s, last_ns, settings, lowest, highest, work,
+        velocity, friction, deviation,
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def run_moving(
+    time_ns: Int64,
+    current: Float64,
+    angle: Float64,
+    x: Vector,
+    cov: Float64,
+    p: Vector,
+    s: Vector,
+    last_ns: Int64,
+    settings: Vector,
+    lowest: Vector,
+    highest: Vector,
+    work: Float64,
+    velocity: Float64,
+    friction: Float64,
+    deviation: Float64,
+) -> None:
+    """Filter samples as `run_adapting` does, without adapting more than the friction level."""
+    _run(
+        time_ns, current, angle, MOVING, x, cov, p, s, last_ns, settings, lowest, highest, work,
+        velocity, friction, deviation,
+    )  # fmt: skip

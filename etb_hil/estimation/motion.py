@@ -64,8 +64,9 @@ def decay(y: float) -> tuple[float, float, float]:
         mean = 1.0 - y * (0.5 - y * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0))))
         return 1.0 - y * mean, mean, -0.5 + y * (1.0 / 3.0 - y * (0.125 - y * (1.0 / 30.0)))
     end = exp_neg(y)
-    mean = (1.0 - end) / y
-    return end, mean, (end - mean) / y
+    inverse = 1.0 / y
+    mean = (1.0 - end) * inverse
+    return end, mean, (end - mean) * inverse
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -86,10 +87,10 @@ def spring(theta: float, p: Vector) -> tuple[float, float, float]:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _first_way(x: Vector, p: Vector, motor: float, by_way: float, h: float) -> float:
+def _first_way(x: Vector, p: Vector, motor: float, by_way: float, momentum: float, h: float) -> float:
     """Return the way in rad of the explicit prediction.
 
-    The prediction takes the bristles' stiffness into account.
+    The prediction takes the bristles' stiffness into account. `momentum`: N·m·s that a way of 1 rad takes, doubled.
     """
     omega, bristle = x[OMEGA], x[BRISTLE]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
@@ -97,10 +98,10 @@ def _first_way(x: Vector, p: Vector, motor: float, by_way: float, h: float) -> f
     yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * bristle / g
     damping = (0.5 * h * p[BRISTLE_STIFFNESS] + p[BRISTLE_DAMPING]) * yields + p[VISCOUS]
     free = motor - pull - x[DISTURBANCE] - bristle
-    return (2.0 * p[INERTIA] * omega + h * free) / (2.0 * p[INERTIA] / h + damping - h * by_way)
+    return (2.0 * p[INERTIA] * omega + h * free) / (momentum + damping - h * by_way)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n: int, r: Vector, f: Vector) -> float:
     """Move the state by h s under the motor's mean torque in N·m.
 
@@ -113,30 +114,32 @@ def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n
     """
     theta, omega, bristle = x[THETA], x[OMEGA], x[BRISTLE]
     j, sigma_0, viscous = p[INERTIA], p[BRISTLE_STIFFNESS], p[VISCOUS]
-    lag = p[BRISTLE_DAMPING] / sigma_0
-    way = _first_way(x, p, motor, motor_by_way, h)
-    ratio = way / (h * p[STRIBECK_VELOCITY])
+    lag, momentum = p[BRISTLE_DAMPING] / sigma_0, 2.0 * j / h
+    way = _first_way(x, p, motor, motor_by_way, momentum, h)
+    per_way = 1.0 / (h * p[STRIBECK_VELOCITY])
+    ratio = way * per_way
     shape = gauss(ratio)
     falls = (p[STICTION] - p[COULOMB]) * shape
     g = p[COULOMB] + falls
     pull, stiff, acts = spring(theta + 0.5 * way, p)
     sign = 1.0 if way >= 0.0 else -1.0
-    y = sigma_0 * abs(way) / g
+    per_g = 1.0 / g
+    y = sigma_0 * abs(way) * per_g
     e, mean, slope = decay(y)
     away = bristle - g * sign
     end, average = g * sign + away * e, g * sign + away * mean
     # Derivatives by y, by g at a given way, and by the way.
     end_by_y, average_by_y = -away * e, away * slope
-    end_by_g = sign * (1.0 - e) - end_by_y * y / g
-    load_by_g = h * (sign * (1.0 - mean) - average_by_y * y / g) + lag * end_by_g
-    g_by_way = -2.0 * falls * ratio / (h * p[STRIBECK_VELOCITY])
-    y_by_way = sigma_0 * sign / g
+    end_by_g = sign * (1.0 - e) - end_by_y * y * per_g
+    load_by_g = h * (sign * (1.0 - mean) - average_by_y * y * per_g) + lag * end_by_g
+    g_by_way = -2.0 * falls * ratio * per_way
+    y_by_way = sigma_0 * sign * per_g
     end_by_way = end_by_y * y_by_way + end_by_g * g_by_way
     load_by_y = h * average_by_y + lag * end_by_y
-    gains = 2.0 * j * (way / h - omega)
+    gains = momentum * way - 2.0 * j * omega
     drag = lag * (end - bristle)
     balance = gains - h * (motor + motor_by_way * way - pull - x[DISTURBANCE] - average) + drag + viscous * way
-    by_way = 2.0 * j / h + 0.5 * h * stiff - h * motor_by_way + viscous + load_by_y * y_by_way + load_by_g * g_by_way
+    by_way = momentum + 0.5 * h * stiff - h * motor_by_way + viscous + load_by_y * y_by_way + load_by_g * g_by_way
     per = -1.0 / by_way
     way += balance * per
     end += end_by_way * balance * per

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from etb_hil.estimation import friction_filter as settings
-from etb_hil.estimation.friction_filter import CARRIED, SETTINGS, run_filter
+from etb_hil.estimation.friction_filter import CARRIED, SETTINGS, run_adapting, run_moving
 from etb_hil.estimation.motion import (
     ADAPTED,
     AT_INERTIA,
@@ -50,7 +50,7 @@ class AdaptiveObserver:
     def __init__(self, throttle: ThrottleParameters, noise: SensorNoise, tolerances: ThrottleParameters) -> None:
         self._p = p = throttle.vector()
         half = tolerances.vector()
-        self._n = STATES if np.any(half[list(ADAPTED)] > 0.0) else MOVING
+        self._run = run_adapting if np.any(half[list(ADAPTED)] > 0.0) else run_moving
         self._x = np.zeros(MOVING)
         self._cov = _spread(p, half)
         self._lowest, self._highest = _bounds(p, half)
@@ -64,7 +64,7 @@ class AdaptiveObserver:
         velocity, friction, deviation = (np.empty(len(time_ns)) for _ in range(3))
         carried = (self._x, self._cov, self._p, self._carried, self._last_ns)
         known = (self._settings, self._lowest, self._highest, self._work)
-        run_filter(time_ns, current, angle, self._n, *carried, *known, velocity, friction, deviation)
+        self._run(time_ns, current, angle, *carried, *known, velocity, friction, deviation)
         return FrictionEstimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64), deviation)
 
 
