@@ -10,18 +10,23 @@ is given as a share of one core.
 from __future__ import annotations
 
 import time
+from dataclasses import fields, replace
 
 import numpy as np
 from independent_throttle import Unit, friction_check, sense
 from observer_table import observers
 from throttle_as_model import noise, parameters
 
+from etb_hil.observer.kinds.adaptive import AdaptiveObserver
 from etb_hil.observer.kinds.sliding_mode import SlidingModeObserver
+from etb_hil.plant.parameters import ThrottleParameters
 
 SAMPLES = 2_000_000
 PIECE = 200
 STRETCHES = (5_000, 20_000, SAMPLES)
 NAMED = "paper, velocity measured"
+ALONE = "adaptive, nothing adapted"
+NAMES = [one.name for one in fields(ThrottleParameters)]
 
 
 def data_of(unit):
@@ -70,6 +75,7 @@ def main():
     time_ns, current, angle, velocity = data_of(unit)
     throttle = parameters(unit)
     makers = {"three columns written": lambda: columns, NAMED: lambda: SlidingModeObserver(throttle, noise()).push}
+    makers[ALONE] = lambda: AdaptiveObserver(throttle, noise(), replace(throttle, **dict.fromkeys(NAMES, 0.0))).push
     makers |= {name: lambda name=name: observers(throttle, noise())[name].push for name in observers(throttle, noise())}
     print(f"{'':32}{'':6}ns a sample, segments of   share of a core,")
     print(f"{'':32}{'0.25 s':>10}{'1 s':>10}{'100 s':>10}{'live':>16}")

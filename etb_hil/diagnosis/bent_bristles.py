@@ -48,7 +48,10 @@ def unsure_by_bristles(
 
 
 def unsure_by_lag(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
-    """Return a fit with the uncertainty that another lag of sliding friction adds, to first order."""
+    """Return a fit with the uncertainty that another lag of sliding adds.
+
+    The uncertainty is of first order.
+    """
     weights = weights_of(ticks, windows, evidence, fit.parameters, fit.residual)
     at_once = fit.parameters.copy()
     at_once[LOG_STIFFNESS] += _AT_ONCE

@@ -410,7 +410,7 @@ def run_moving(
     friction: Float64,
     deviation: Float64,
 ) -> None:
-    """Filter samples as `run_adapting` does, without adapting more than the friction level."""
+    """Filter samples as `run_adapting` does, but adapt the friction level alone."""
     _run(
         time_ns, current, angle, MOVING, x, cov, p, s, last_ns, settings, lowest, highest, work,
         velocity, friction, deviation,

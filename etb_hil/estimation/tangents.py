@@ -105,14 +105,14 @@ def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _push(place: int, torque: float, weights: tuple[float, float], out: Float64) -> None:
-    """Add a part's braking torque for each unit of a parameter: to the mean and the growth of its sample."""
+    """Add a part's braking torque to the mean and the growth of its sample."""
     out[place, BRAKING] += torque * weights[0]
     out[place, GROWTH] += torque * weights[1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _by_springs(theta: float, weights: tuple[float, float], p: Vector, out: Float64) -> None:
-    """Add what springs lack in a part of a sample for each unit of a parameter, see `_push`."""
+    """Add what springs lack in a part of a sample, see `_push`."""
     _, slope, acts = spring(theta, p)
     away = theta - p[LIMP_HOME]
     distance, is_open = abs(away), away > 0.0
@@ -131,7 +131,7 @@ def _by_springs(theta: float, weights: tuple[float, float], p: Vector, out: Floa
 def _by_stops(
     theta: float, omega: float, way: float, h: float, weights: tuple[float, float], p: Vector, out: Float64
 ) -> None:
-    """Add what stops lack in a part of a sample of h s for each unit of a parameter, see `_push`.
+    """Add what stops lack in a part of a sample of h s, see `_push`.
 
     Whether one is met, the filter asks by the state where the part begins.
     """
@@ -197,7 +197,10 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, added: float, p: Vector,
 def _read_at(
     since: Vector, states: Float64, predicted: Float64, whitened: Float64, roots: Float64, gains: Float64
 ) -> Float64:
-    """Return the state before each reading of a sample (n, `READINGS`, `SIZE`): those before it have corrected it."""
+    """Return the state before each reading of a sample.
+
+    The result (n, `READINGS`, `SIZE`) is corrected by the readings before it.
+    """
     found = np.empty((len(states), READINGS, SIZE))
     for k in range(len(states)):
         found[k, 0] = predicted[k - 1] if since[k] == 0.0 else states[k]

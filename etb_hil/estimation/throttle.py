@@ -57,9 +57,9 @@ def parts_of(dt: float) -> int:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def growth(part: int, parts: int) -> tuple[float, float]:
-    """Return what a torque that grows by 1 over a sample is in one of its parts.
+    """Return what a torque that grows by 1 over a sample is in a part of it.
 
-    The second is how much a torque of 1 in that part alone makes it grow, by least squares over all parts.
+    The second value is how much a torque of 1 in that part alone makes it grow, by least squares over all parts.
     """
     then = (part + 0.5) / parts - 0.5
     return then, 12.0 * parts * then / max(parts * parts - 1.0, 1.0)
