@@ -78,7 +78,7 @@ def current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector)
     return at_rest + (x[CURRENT] - at_rest) * share, share
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True, fastmath={"contract"})
 def step(
     x: Vector, p: Vector, voltage: float, h: float, grown: float, acting: Vector, rests: float, f: Float64, b: Float64,
     work: Float64,
@@ -133,7 +133,7 @@ def step(
     b[CURRENT, LOST] -= loses
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(cache=True, error_model="numpy", forceinline=True, fastmath={"contract"})
 def _carry(
     f: Float64, j: int, r: Vector, rises: float, bend: float, keeps: float, emf: float, end: float, loses: float,
     kept: float, fades: float,
