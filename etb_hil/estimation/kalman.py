@@ -76,7 +76,7 @@ _FASTEST, _FASTER = 10.0, 1.0  # rad/s: an unknown velocity, and by how much one
 _EDGE_S = 0.02  # s: an edge that lasts longer tells that the motion stands
 _STEP = 1e-5  # rad, rad/s, A: step of the derivatives of what effects add
 _ROUNDS = 2.0 * math.pi
-# Fused multiplications and additions take a seventh of the time off; bits of a likelihood are those of one machine anyway.
+# Fused multiplications and additions save a seventh of the time; a likelihood has its bits on one machine only anyway.
 _FUSED = {"contract"}
 # Share of a rounding error's variance that does not last: by 0.8, 0.5 and 0.2 a healthy record of 40,000 samples is
 # likelier by 2,000 and 3,000 nats (`python benchmarks/estimation_core.py` has the whiteness at 0.2).
