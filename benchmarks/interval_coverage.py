@@ -2,7 +2,7 @@
 
 Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
      [--bump [one|several|broad|dip|rise|ripple|drift]] [--exponent N] [--dwell SHARE] [--hot K]
-     [--presliding lugre|elasto-plastic|maxwell-slip|gms]
+     [--presliding lugre|elasto-plastic|maxwell-slip|gms] [--track]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
@@ -14,6 +14,7 @@ the motion. `uneven way` counts the runs that say so.
 Friction is the paper's unless: `--exponent`, it falls like exp(-x^N); `--dwell`, it gains that share of T_st with a
 unit of ln(1 + age of the contacts / 50 ms), the truth being that of no age; `--presliding` names what bends before it
 slides.
+With `--track` a plate track of 12 bits over 90 deg with 0.01 deg of noise takes the place of the encoder.
 With `--hot` the motor is by so many kelvin warmer than the housing. Verdicts are held against the true T_st of all
 places, T_c, and the least that a spring has over the T_st of its place: a false FAIL has all of them within the stock
 limits, a false PASS one beyond.
@@ -22,6 +23,7 @@ limits, a false PASS one beyond.
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from collections import Counter
 from dataclasses import replace
@@ -44,10 +46,35 @@ from etb_hil.diagnosis.contradiction import GAIN
 from etb_hil.diagnosis.diagnosis import Diagnosis
 
 PRESLIDING = {"lugre": LUGRE, "elasto-plastic": ELASTO_PLASTIC, "maxwell-slip": MAXWELL_SLIP, "gms": GMS}
+TRACK_STEP, TRACK_NOISE = math.radians(90.0) / 2**12, math.radians(0.01)  # rad
 ONE_MOTOR = 0.002  # of K_t against K_e, one standard deviation
 
 
-def check(rng, rates, *, bump="", law=(), hot=0.0):
+def along_the_way(bump, rng):
+    """Return what makes friction of a unit another along the way, by its kind."""
+    shape = {
+        "bump": rng.uniform(0.15, 0.6),
+        "bump_angle": rng.uniform(0.3, 1.2),
+        "bump_width": rng.uniform(0.03, 0.08),
+    }
+    if bump == "several":
+        shape["bump_every"] = rng.uniform(0.2, 0.4)
+    if bump == "broad":
+        shape["bump_width"] = rng.uniform(0.15, 0.5)
+        shape["bump"] *= rng.choice((1.0, -0.5))
+    if bump == "dip":
+        shape["bump"] *= -0.5
+    if bump == "ripple":
+        every = rng.uniform(0.02, 0.06)
+        shape |= {"bump": rng.uniform(0.1, 0.4), "bump_every": every, "bump_width": 0.3 * every}
+    if bump == "rise":
+        shape = {"rise": 0.2}
+    if bump == "drift":
+        shape = {"drift": rng.uniform(-0.01, 0.01)}
+    return shape
+
+
+def check(rng, rates, *, bump="", law=(), hot=0.0, track=False):
     """Return a drawn unit and what the diagnosis says of it at each rate."""
     nominal = healthy_design(rng)
     bench = bench_model(off_by_tolerances(nominal, rng))
@@ -59,26 +86,7 @@ def check(rng, rates, *, bump="", law=(), hot=0.0):
         torque_per_ampere=nominal.torque_per_ampere * (1.0 + ONE_MOTOR * rng.standard_normal()),
     )
     if bump:
-        shape = {
-            "bump": rng.uniform(0.15, 0.6),
-            "bump_angle": rng.uniform(0.3, 1.2),
-            "bump_width": rng.uniform(0.03, 0.08),
-        }
-        if bump == "several":
-            shape["bump_every"] = rng.uniform(0.2, 0.4)
-        if bump == "broad":
-            shape["bump_width"] = rng.uniform(0.15, 0.5)
-            shape["bump"] *= rng.choice((1.0, -0.5))
-        if bump == "dip":
-            shape["bump"] *= -0.5
-        if bump == "ripple":
-            every = rng.uniform(0.02, 0.06)
-            shape |= {"bump": rng.uniform(0.1, 0.4), "bump_every": every, "bump_width": 0.3 * every}
-        if bump == "rise":
-            shape = {"rise": 0.2}
-        if bump == "drift":
-            shape = {"drift": rng.uniform(-0.01, 0.01)}
-        unit = replace(unit, **shape)
+        unit = replace(unit, **along_the_way(bump, rng))
     unit = replace(unit, **dict(law))
     magnets = 1.0 + MAGNETS * hot
     unit = replace(
@@ -92,6 +100,8 @@ def check(rng, rates, *, bump="", law=(), hot=0.0):
     results = []
     for rate in rates:
         sensed = sense(unit, truth, rate, rng)
+        if track:
+            sensed = by_track(unit, sensed, truth.angle[:: round(1.0 / SAMPLE_S / rate)], rng)
         diagnosis = Diagnosis(bench, LIMITS)
         for rows, kind in rows_of(replace(sensed, current=gain * sensed.current), phases, rate):
             diagnosis.push(rows, kind)
@@ -99,6 +109,12 @@ def check(rng, rates, *, bump="", law=(), hot=0.0):
     moved = [phase for phase in phases if phase[0] in {"ramp", "dash"}]
     middle = 1.0 + unit.drift * 0.5 * SAMPLE_S * (moved[0][1] + moved[-1][2])
     return replace(unit, coulomb=middle * unit.coulomb, stiction=middle * unit.stiction), results
+
+
+def by_track(unit, sensed, angle, rng):
+    """Return what a plate track tells in the encoder's place; noise is another than that of the plate's own reading."""
+    noisy = angle + TRACK_NOISE * rng.standard_normal(len(angle))
+    return replace(sensed, motor_angle=np.round(noisy / TRACK_STEP) * TRACK_STEP * unit.gear_ratio)
 
 
 def collect(rows, unit, result):
@@ -161,6 +177,7 @@ def main():
     parser.add_argument("--dwell", type=float, default=0.0, help="share of T_st a unit of the age's logarithm")
     parser.add_argument("--presliding", choices=PRESLIDING, default="lugre")
     parser.add_argument("--hot", type=float, default=0.0, help="K by which the motor is warmer than the housing")
+    parser.add_argument("--track", action="store_true", help="a plate track of 12 bits in place of the encoder")
     options = parser.parse_args()
     law = {"exponent": options.exponent, "dwell": options.dwell, "law": PRESLIDING[options.presliding]}
     rates = options.rate or (20000, 1000)
@@ -168,7 +185,12 @@ def main():
     agreements = [Counter() for _ in rates]
     for number in range(options.units):
         unit, results = check(
-            np.random.default_rng([options.seed, number]), rates, bump=options.bump, law=law, hot=options.hot
+            np.random.default_rng([options.seed, number]),
+            rates,
+            bump=options.bump,
+            law=law,
+            hot=options.hot,
+            track=options.track,
         )
         for k, result in enumerate(results):
             collect(tables[k], unit, result)

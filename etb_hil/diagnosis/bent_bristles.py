@@ -16,11 +16,11 @@ import numpy as np
 from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import LOG_DAMPING, LOG_STIFFNESS
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import StribeckFit, linearised
+from etb_hil.diagnosis.stribeck_fit import StribeckFit, linearised, shifted
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.window_weights import weights_of
 from etb_hil.diagnosis.windows import Windows
-from etb_hil.observer.normal_equations import accumulate, inverse, times
+from etb_hil.observer.normal_equations import inverse, times
 from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64
 
@@ -52,13 +52,12 @@ def unsure_by_lag(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Pri
 
     The uncertainty is of first order.
     """
-    weights = weights_of(ticks, windows, evidence, fit.parameters, fit.residual)
+    sliding = weights_of(ticks, windows, evidence, fit.parameters, fit.residual).of_sliding > 0.0
     at_once = fit.parameters.copy()
     at_once[LOG_STIFFNESS] += _AT_ONCE
     at_once[LOG_DAMPING] -= _AT_ONCE
     moved = linearised(ticks, windows, evidence, at_once, prior.count).residual - fit.residual
-    covariance, _ = _fitted(weights.of_all, prior, fit)
-    return fit.with_error(_LAG * times(covariance, accumulate(fit.jacobian, moved, weights.of_sliding)[1]))
+    return fit.with_error(_LAG * shifted(ticks, windows, evidence, prior, fit, np.where(sliding, moved, 0.0)))
 
 
 def _fitted(weight: Float64, prior: Prior, fit: StribeckFit) -> tuple[Float64, Float64]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.draws import word
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.observer.normal_equations import accumulate, solution, times
@@ -23,10 +24,7 @@ _DRAWS = 999  # 95 % of one more are a whole number
 _INSIDE = 950  # of the draws lie closer than a 95 % interval's end (Davison and Hinkley 1997, 5.2)
 _FEWEST = 5  # segments: fewer leave too few different draws for such an end
 
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-_MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
-_MIX_2 = np.uint64(0x94D049BB133111EB)
-_S27, _S30, _S31, _S32 = np.uint64(27), np.uint64(30), np.uint64(31), np.uint64(32)
+_S32 = np.uint64(32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,12 +130,5 @@ def _drawn(segments: Float64, prior: Float64) -> Float64:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _any_of(count: int, number: int) -> int:
-    """Return the draw of that number, from 0 to below `count`.
-
-    The generator is SplitMix64 (Steele, Lea and Flood 2014).
-    """
-    word = _GOLDEN * np.uint64(number + 1)
-    word = (word ^ (word >> _S30)) * _MIX_1
-    word = (word ^ (word >> _S27)) * _MIX_2
-    word = word ^ (word >> _S31)
-    return int(((word >> _S32) * np.uint64(count)) >> _S32)
+    """Return the draw of that number, from 0 to below `count`."""
+    return int(((word(number) >> _S32) * np.uint64(count)) >> _S32)

@@ -300,8 +300,15 @@ def widened_by(
     The uncertainty is taken to first order, for friction that is `local` (n) times the curve. What is not known of the
     friction of a place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
-    q, jacobian = fit.parameters, fit.jacobian
+    moved = linearised(ticks, windows, replace(evidence, over_time=local), fit.parameters, USUAL).residual
+    return fit.with_error(shifted(ticks, windows, evidence, prior, fit, moved - fit.residual))
+
+
+def shifted(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, moved: Float64
+) -> Float64:
+    """Return by how much the parameters (p) move where residuals do by `moved` (m) N·m, to first order."""
     weight = weights_of(ticks, windows, evidence, fit.parameters, fit.residual).of_all
-    matrix, _ = prior.beside(jacobian, fit.residual, weight, q)
-    moved = linearised(ticks, windows, replace(evidence, over_time=local), q, USUAL).residual
-    return fit.with_error(times(inverse(matrix), accumulate(jacobian, moved - fit.residual, weight)[1]))
+    matrix, _ = prior.beside(fit.jacobian, fit.residual, weight, fit.parameters)
+    found: Float64 = times(inverse(matrix), accumulate(fit.jacobian, moved, weight)[1])
+    return found

@@ -22,6 +22,7 @@ from etb_hil.estimation.motion import (
     AT_STIFFNESS,
     AT_STRIBECK,
     AT_VISCOUS,
+    BENT_MOST,
     BRISTLE,
     DISTURBANCE,
     LEVEL,
@@ -32,6 +33,7 @@ from etb_hil.estimation.motion import (
     advance,
     spring,
 )
+from etb_hil.estimation.rounding import rounding_variance
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BRISTLE_DAMPING,
@@ -61,7 +63,8 @@ CONSTANT = 4  # variance of the torque constant's share
 LIMP_TOLERANCE = 5  # rad
 STOP_TOLERANCE = 6  # rad
 NOMINAL = 7  # T_st of the model, N·m
-SETTINGS = 8
+STRONGEST = 8  # A: a larger reading is none
+SETTINGS = 9
 
 # What is carried beside state and covariance
 CURRENT, RUNNING, MEAN_INNOVATION, MISFIT, SETTLED = range(5)
@@ -83,12 +86,10 @@ _MEAN_OVER = 0.01  # s, mean innovation
 _WHITE = 9.0  # its square in its own variances: 0.3 % of white innovations exceed that
 _CURVE = 0.05  # share of the current's change over a sample by which its mean may be off
 _LIMP_S = 3e-3  # s, longest that one error of the springs at limp-home lasts
-_EDGE_S = 0.02  # s, longest that one rounding error counts as one
 _FOREIGN, _FOREIGN_WANDERS = 100.0, 10.0  # excess that no friction explains; 1/s, disturbance torque while it lasts
 _OUTLIER, _LOST = 5.0, 8.0  # innovations in standard deviations: weighted down, and opening the covariance
 _FASTEST_UNSEEN = 10.0  # rad/s, standard deviation of a velocity that nobody measured
 _SURE, _SETTLES_S = 0.05, 0.05  # share of T_st, below which a standard deviation ends the settling; s, its longest
-_BENT_MOST = 1.2  # bristle torque over friction: beyond it the bristles wind up
 
 
 @njit(cache=True, error_model="numpy")
@@ -229,10 +230,7 @@ def _correct(
     x: Vector, cov: Float64, p: Vector, s: Vector, error: float, dt: float, n: int, settings: Vector, v: Vector
 ) -> None:
     """Take the innovation of an angle in rad into state, parameters and covariance."""
-    step, edge = settings[ANGLE_STEP], 1.0
-    if settings[LASTING] > 0.0:
-        edge = min(max(step / (abs(x[OMEGA]) * dt + 1e-12), 1.0), _EDGE_S / dt + 1.0)  # samples that it lasts
-    variance = settings[ANGLE_NOISE] + step * step / 12.0 * (1.0 + (edge - 1.0) * settings[LASTING])
+    variance = settings[ANGLE_NOISE] + rounding_variance(settings[ANGLE_STEP], settings[LASTING], x[OMEGA], dt)
     total = cov[THETA, THETA] + variance
     size = abs(error) / math.sqrt(total)
     whitened = min(size, _OUTLIER) * (1.0 if error > 0.0 else -1.0)
@@ -288,7 +286,7 @@ def _estimate(
     p[STICTION] = max(p[STICTION], p[COULOMB])
     omega, damping = x[OMEGA], p[BRISTLE_DAMPING]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
-    x[BRISTLE] = min(max(x[BRISTLE], -_BENT_MOST * g), _BENT_MOST * g)
+    x[BRISTLE] = min(max(x[BRISTLE], -BENT_MOST * g), BENT_MOST * g)
     per_g = 1.0 / g
     yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * x[BRISTLE] * per_g
     friction = x[BRISTLE] + damping * omega * yields + p[VISCOUS] * omega + x[DISTURBANCE]
@@ -336,9 +334,10 @@ def _run(
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = deviation[k] = math.nan
-        if not math.isfinite(i + measured):
+        step_ns = time_ns[k] - last
+        if not math.isfinite(i + measured) or abs(i) > settings[STRONGEST] or (step_ns == 0 and s[RUNNING] > 0.0):
             continue
-        step_ns, last = time_ns[k] - last, time_ns[k]
+        last = time_ns[k]
         if s[RUNNING] == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0 or not math.isfinite(x[THETA] + cov[0, 0]):
             restart(x, cov, s, measured, i, settings)
             continue
@@ -383,8 +382,9 @@ def run_adapting(
     Velocities are in rad/s, torques in N·m; the deviation is a standard deviation.
 
     Instants in ns, current in A, angle in rad. State, covariance, parameters (`lowest`, `highest`: their bounds, those
-    of T_c last) and what is carried are changed in place. A sample that is not a number gives none; nor do the first
-    ones after a gap, until the friction is known.
+    of T_c last) and what is carried are changed in place. A sample that is not a number gives none, nor does
+    one with a current that no voltage drives or with the stamp of the one before; nor do the first ones after a gap,
+    until the friction is known.
     """
     _run(
         time_ns, current, angle, STATES, x, cov, p, s, last_ns, settings, lowest, highest, work,

@@ -1,7 +1,5 @@
 """The extended Kalman filter on the throttle's equations, compiled.
 
-The filter gives the likelihood; the smoother is in this module, too.
-
 The readings of a sample are taken in one after the other: their whitened innovations are the record's likelihood. What
 the equations lack is process noise of free size: a disturbance torque and a disturbance voltage. Large innovations
 count by their size, not by its square (Huber 1964). One beyond all bounds moves nothing; where that lasts, the state
@@ -16,6 +14,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
+from etb_hil.estimation.rounding import rounding_variance
 from etb_hil.estimation.throttle import (
     ACTING,
     BRAKING,
@@ -73,7 +72,6 @@ LOST_AT = 8.0  # beyond it a reading moves nothing; where that lasts, the state 
 _LEAST_LEVEL = -0.95  # share of friction that is at most taken away
 _BURST = 2  # samples that are lost before that: a single blow moves nothing
 _FASTEST, _FASTER = 10.0, 1.0  # rad/s: an unknown velocity, and by how much one differs from the mean of a sample
-_EDGE_S = 0.02  # s: an edge that lasts longer tells that the motion stands
 _STEP = 1e-5  # rad, rad/s, A: step of the derivatives of what effects add
 _ROUNDS = 2.0 * math.pi
 # Fused multiplications and additions save a seventh of the time; a likelihood has its bits on one machine only anyway.
@@ -227,16 +225,6 @@ def _spread(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _edge(step_: float, lasts: float, omega: float, dt: float) -> float:
-    """Return the variance of an angle's rounding in rad^2.
-
-    An edge of slow motion lasts several samples.
-    """
-    samples = min(max(step_ / (abs(omega) * dt + 1e-12), 1.0), _EDGE_S / dt + 1.0)
-    return step_ * step_ / 12.0 * (1.0 + (samples - 1.0) * lasts)
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
 def _seen(reading: Vector) -> float:
     """Return the angle of a sample in rad, the motor's where it was read."""
     return reading[1] if math.isfinite(reading[1]) else reading[2]
@@ -383,7 +371,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 expected += x[ROUNDING]
             else:
                 moves_by = x[OMEGA]
-                noise = s[NOISE_PLATE] + _edge(s[STEP_PLATE], s[LASTS_PLATE], x[OMEGA], h)
+                noise = s[NOISE_PLATE] + rounding_variance(s[STEP_PLATE], s[LASTS_PLATE], x[OMEGA], h)
             if m > 0 and later[k, m] != 0.0:
                 by_omega = later[k, m]
                 by_faster = 0.5 * by_omega * by_omega

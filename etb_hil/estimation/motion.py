@@ -55,6 +55,7 @@ ADAPTED = (
 )  # their places in the parameter vector, in the order above
 
 _SERIES_BELOW = 1e-2
+BENT_MOST = 1.2  # bristle torque over friction: bristles bent further wind up, and turn the sign of the velocity
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

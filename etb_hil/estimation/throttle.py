@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from etb_hil.base.compiled import njit
-from etb_hil.estimation.motion import MOVING, advance, decay
+from etb_hil.estimation.motion import BENT_MOST, MOVING, advance, decay
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -46,7 +46,6 @@ ACTING = 5
 GROWTH = 3
 FORCES = 4
 _LONGEST = 0.26e-3  # s: coarser steps show a false gain of the current
-_BENT_MOST = 1.2  # times the friction level: bristles bent further turn the sign of the velocity
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -166,7 +165,7 @@ def keep_bristle(x: Vector, p: Vector, level: float) -> None:
     A filter that lets them wind up gets the sign of the velocity wrong; then its disturbance runs away.
     """
     g = (p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(x[OMEGA] / p[STRIBECK_VELOCITY])) * (1.0 + level)
-    x[BRISTLE] = min(max(x[BRISTLE], -_BENT_MOST * g), _BENT_MOST * g)
+    x[BRISTLE] = min(max(x[BRISTLE], -BENT_MOST * g), BENT_MOST * g)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -116,3 +116,27 @@ def test_friction_that_steps_is_followed():
     unit = replace(Unit(), drift=0.3, drift_ends=1.0)
     truth, sensed = _check(unit)
     assert _error(unit, truth, _observe(unit, sensed, Unit())) < 5.0
+
+
+@pytest.mark.parametrize("wrong", [1e200, -1e10, 1e4])
+def test_a_current_that_no_voltage_drives_is_no_reading(healthy, wrong):
+    """It changes nothing behind it: neither state nor parameters ever see it."""
+    truth, sensed = healthy
+    current = sensed.current.copy()
+    current[3000] = wrong
+    before, after = _observe(Unit(), sensed), _observe(Unit(), sensed, current=current)
+    assert np.isnan(after.friction[3000])
+    assert np.max(np.abs(after.friction[3100:] - before.friction[3100:])) < 0.02 * Unit().coulomb
+    assert _error(Unit(), truth, after, slice(2500, None)) < 1.0
+
+
+def test_a_stamp_that_comes_twice_is_one_sample(healthy):
+    _, sensed = healthy
+    twice = np.sort(np.concatenate([np.arange(len(sensed.time_ns)), np.arange(0, len(sensed.time_ns), 50)]))
+    once = _observe(Unit(), sensed)
+    again = _observe(Unit(), replace(sensed, **{
+        name: getattr(sensed, name)[twice] for name in ("time_ns", "current", "motor_angle")
+    }))  # fmt: skip
+    first = np.concatenate([[True], np.diff(twice) > 0])
+    np.testing.assert_array_equal(again.friction[first], once.friction)
+    assert np.all(np.isnan(again.friction[~first]))

@@ -5,8 +5,6 @@ The observer adapts its own parameters.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from etb_hil.estimation import friction_filter as settings
@@ -19,9 +17,9 @@ from etb_hil.estimation.motion import (
     MOVING,
     STATES,
 )
+from etb_hil.estimation.rounding import left_by_noise
 from etb_hil.observer.estimate import FrictionEstimate, SensorNoise
 from etb_hil.observer.registry import ObserverKind
-from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import (
     COULOMB,
@@ -35,6 +33,7 @@ from etb_hil.recording.samples import Float64, Int64
 
 _LEAST_LEVEL = 1.0  # half width of ln T_c: a faulty unit's is what the observer is there to find
 _REACH = 20.0  # friction's parameters stay within this factor of the stated ones
+_STRONGEST = 2.0  # times what the voltage drives at rest: a motor that is reversed adds its back-EMF
 _ENCODER_ZERO = 1e-3  # rad: the encoder's zero against the plate
 
 
@@ -99,17 +98,17 @@ def _bounds(p: Float64, half: Float64) -> tuple[Float64, Float64]:
 
 def _settings(throttle: ThrottleParameters, noise: SensorNoise, tolerances: ThrottleParameters) -> Float64:
     """Return what the compiled function takes of sensors and tolerances."""
-    step = noise.angle_step
+    step, p = noise.angle_step, throttle.vector()
     white = max(noise.angle * noise.angle - step * step / 12.0, 0.0)
     s = np.zeros(SETTINGS)
     s[settings.ANGLE_NOISE], s[settings.ANGLE_STEP] = white, step
-    # How much of a rounding error noise leaves standing: the first harmonic of the rounding's sawtooth, squared.
-    s[settings.LASTING] = exp_neg(4.0 * math.pi**2 * white / (step * step)) if step > 0.0 else 0.0
+    s[settings.LASTING] = left_by_noise(white, step)
     s[settings.CURRENT_NOISE] = noise.current * noise.current
     s[settings.CONSTANT] = (tolerances.torque_per_ampere / throttle.torque_per_ampere) ** 2 / 3.0
     s[settings.LIMP_TOLERANCE] = tolerances.limp_home + _ENCODER_ZERO
     s[settings.STOP_TOLERANCE] = max(tolerances.stop_low, tolerances.stop_high) + _ENCODER_ZERO
     s[settings.NOMINAL] = throttle.stiction
+    s[settings.STRONGEST] = _STRONGEST * p[VOLTAGE_LIMIT] / p[RESISTANCE]
     return s
 
 
