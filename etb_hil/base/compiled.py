@@ -38,6 +38,7 @@ from numba.core.types import Type
 from numba.core.typing.templates import Signature
 from numba.misc.appdirs import AppDirs
 
+from etb_hil.base.claim import Claim
 from etb_hil.base.fingerprint import fingerprint, options_fingerprint, type_fingerprint
 from etb_hil.base.lean_imports import lean_numba
 
@@ -64,15 +65,16 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
         # Ours are called from Python and from each other; an address, which needs one more wrapper, nobody takes.
         dispatcher = numba.njit(no_cfunc_wrapper=True, **options)(function)
         if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
-            _remember_failures(dispatcher._compiler)  # noqa: SLF001 (numba has no other way in)
+            code = _MachineCode(dispatcher) if cache else None
+            _remember_failures(dispatcher._compiler, code)  # noqa: SLF001 (numba has no other way in)
             if cache:
-                dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 (as its `enable_caching` does)
+                dispatcher._cache = code  # noqa: SLF001 (as its `enable_caching` does)
         return dispatcher
 
     return compiled
 
 
-def _remember_failures(compiler: Any) -> None:  # noqa: ANN401 (numba has no types)
+def _remember_failures(compiler: Any, code: _MachineCode | None) -> None:  # noqa: ANN401 (numba has no types)
     """Let a function that cannot be compiled fail at once when it is called again.
 
     Numba remembers errors of types only. A loop that goes on after an error, as the one that switches a drive off does,
@@ -85,6 +87,8 @@ def _remember_failures(compiler: Any) -> None:  # noqa: ANN401 (numba has no typ
             return compile_anew(arguments, return_type)
         except Exception as error:
             compiler._failed_cache[tuple(arguments), return_type] = error  # noqa: SLF001
+            if code is not None:
+                code.give_up()
             raise
 
     compiler._compile_core = compile_once  # noqa: SLF001
@@ -109,6 +113,7 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
         self._function, self._options = function, options_fingerprint(dispatcher.targetoptions)
         self._name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._is_enabled = True
+        self._claims: list[Claim] = []
 
     @property
     def cache_path(self) -> str:
@@ -131,20 +136,45 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
     def load_overload(self, signature: Types, target_context: BaseContext) -> CompileResult | None:
         """Return what was compiled for a signature, None if it is not there.
 
-        Then numba compiles it.
+        Then numba compiles it. Of several processes that need it, one compiles it and the others wait.
         """
         rtsys.initialize(target_context)  # it counts references of arrays, and all machine code calls it
         name = f"{_environment(target_context.codegen())}/{self._file(signature)}"
-        for folder in folders() if self._is_enabled else ():
-            content = _read(folder / name)
-            if content is not None:
-                return _unpacked(target_context, content)
+        content = self._kept(name)
+        if content is None and self._is_enabled and not self._claims:
+            claim = Claim(folders()[0] / self._file(signature))
+            claim.take((folders()[0] / name).exists)
+            content = self._kept(name)
+            if content is None:
+                self._claims.append(claim)
+            else:
+                claim.end()
+        if content is not None:
+            return _unpacked(target_context, content)
         _load_numba(target_context)
         LOG.info("compiling %s", self._name)
         return None
 
+    def _kept(self, name: str) -> bytes | None:
+        for folder in folders() if self._is_enabled else ():
+            content = _read(folder / name)
+            if content is not None:
+                return content
+        return None
+
+    def give_up(self) -> None:
+        """Let other processes compile the function."""
+        while self._claims:
+            self._claims.pop().end()
+
     def save_overload(self, signature: Types, result: CompileResult) -> None:
         """Keep what was compiled for a signature, in the first folder that takes it."""
+        try:
+            self._save(signature, result)
+        finally:
+            self.give_up()
+
+    def _save(self, signature: Types, result: CompileResult) -> None:
         if not self._is_enabled or result.lifted or result.library.has_dynamic_globals:
             return
         content = _packed(result)

@@ -1,4 +1,7 @@
-"""Draws that are the same on every machine: SplitMix64 (Steele, Lea and Flood 2014), by the number of the draw."""
+"""Draws that are the same on every machine, by their number.
+
+The generator is SplitMix64 (Steele, Lea and Flood 2014).
+"""
 
 from __future__ import annotations
 

@@ -52,7 +52,9 @@ def noise_of(ticks: Ticks, windows: Windows) -> float:
 
 
 def quiet(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Ticks:
-    """Return ticks whose angle is a mean over so many that noise bends bristles little.
+    """Return ticks by whose angle noise bends bristles little.
+
+    The angle is a mean over as many as that needs.
 
     `velocity` rad/s of the windows (m); `bristle`: way in rad that bends bristles to the full. An encoder's ticks stay
     as they are: noise that is less than the plate's way turns nothing.

@@ -307,7 +307,10 @@ def widened_by(
 def shifted(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, moved: Float64
 ) -> Float64:
-    """Return by how much the parameters (p) move where residuals do by `moved` (m) N·m, to first order."""
+    """Return by how much the parameters (p) move with the residuals.
+
+    `moved` (m): by how many N·m those move. The result is of first order.
+    """
     weight = weights_of(ticks, windows, evidence, fit.parameters, fit.residual).of_all
     matrix, _ = prior.beside(fit.jacobian, fit.residual, weight, fit.parameters)
     found: Float64 = times(inverse(matrix), accumulate(fit.jacobian, moved, weight)[1])
