@@ -20,7 +20,7 @@ from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval, mixed
-from etb_hil.diagnosis.noisy_angle import quiet, unsure_by_noise
+from etb_hil.diagnosis.noisy_angle import quieted, unsure_by_noise
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
 from etb_hil.diagnosis.ticks import TICK, Ticks
@@ -96,7 +96,8 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     if len(windows) < _FEWEST:
         return Assessment(ticks, windows, evidence, (), None, None)
     balance = voltage_balance(ticks, windows, cluster)
-    ticks = quiet(ticks, windows, velocity, throttle.coulomb / throttle.bristle_stiffness)
+    quiet = quieted(ticks, windows, velocity, throttle.coulomb / throttle.bristle_stiffness)
+    ticks = quiet.ticks
     error = _UNKNOWN_ZERO
     if zero.is_measured:
         error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
@@ -111,7 +112,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         if law.fit is fit:  # a free exponent is fitted to windows that slide; ageing shows in bent windows alone
             unsure = unsure_by_bristles(ticks, windows, evidence, prior, fit)
         unsure = unsure_by_lag(ticks, windows, evidence, law.prior, unsure)
-        unsure = unsure_by_noise(ticks, windows, evidence, law.prior, unsure)
+        unsure = unsure_by_noise(quiet, windows, evidence, law.prior, unsure)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))

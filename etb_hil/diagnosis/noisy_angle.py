@@ -7,7 +7,7 @@ is. How much, is found by adding as much noise once more (simulation and extrapo
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,17 +27,52 @@ _LITTLE, _OF_WAY, _SLOW = 0.03, 0.2, 0.1
 _GAIN = 70.0  # variance of a fourth difference of white noise: 1 + 16 + 36 + 16 + 1
 
 
-def unsure_by_noise(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
+@dataclass(frozen=True, slots=True)
+class Quieted:
+    """Ticks as they were read, the noise of their angle, and by what means it was lowered.
+
+    `deviation`: of white noise, rad; `reach`: how many ticks on both sides a mean takes in.
+    """
+
+    read: Ticks
+    deviation: float
+    reach: int
+
+    @property
+    def ticks(self) -> Ticks:
+        """The ticks by whose angle noise bends bristles little."""
+        return self.noisier(0.0) if self.reach > 0 else self.read
+
+    def noisier(self, deviation: float) -> Ticks:
+        """Return them with more noise of a standard deviation in rad."""
+        angle = _noisier(self.read.angle, deviation)
+        return replace(self.read, angle=_means(self.read.time, angle, self.reach))
+
+
+def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Quieted:
+    """Return ticks with an angle that is a mean over as many as it needs.
+
+    `velocity` rad/s of the windows (m); `bristle`: way in rad that bends bristles to the full. An encoder's ticks stay
+    as they are: noise that is less than the plate's way turns nothing.
+    """
+    way, deviation = float(np.quantile(np.abs(velocity), _SLOW)) * TICK, noise_of(ticks, windows)
+    count = (deviation / max(_LITTLE * bristle, _OF_WAY * way)) ** 2
+    return Quieted(ticks, deviation, min(max(math.ceil(0.5 * (count - 1.0)), 0), HALF_WIDTH))
+
+
+def unsure_by_noise(
+    quiet: Quieted, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
+) -> StribeckFit:
     """Return a fit with the uncertainty that noise of the angle adds.
 
     The uncertainty is of first order. Noise of either sign leaves its mean: what goes with the noise itself is in the
     scatter of the run.
     """
-    deviation, moved = noise_of(ticks, windows), -fit.residual
-    for way in (deviation, -deviation):
-        noisier = replace(ticks, angle=_noisier(ticks.angle, way))
+    moved = -fit.residual
+    for way in (quiet.deviation, -quiet.deviation):
+        noisier = quiet.noisier(way)
         moved = moved + 0.5 * linearised(noisier, windows, evidence, fit.parameters, prior.count).residual
-    return fit.with_error(shifted(ticks, windows, evidence, prior, fit, moved))
+    return fit.with_error(shifted(quiet.ticks, windows, evidence, prior, fit, moved))
 
 
 def noise_of(ticks: Ticks, windows: Windows) -> float:
@@ -49,20 +84,6 @@ def noise_of(ticks: Ticks, windows: Windows) -> float:
     power = np.concatenate(([0.0], np.cumsum(fourth * fourth)))
     begin, end = windows.centre - HALF_WIDTH, windows.centre + HALF_WIDTH - 3
     return math.sqrt(float(np.median((power[end] - power[begin]) / (end - begin))) / _GAIN)
-
-
-def quiet(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Ticks:
-    """Return ticks by whose angle noise bends bristles little.
-
-    The angle is a mean over as many as that needs.
-
-    `velocity` rad/s of the windows (m); `bristle`: way in rad that bends bristles to the full. An encoder's ticks stay
-    as they are: noise that is less than the plate's way turns nothing.
-    """
-    way = float(np.quantile(np.abs(velocity), _SLOW)) * TICK
-    count = (noise_of(ticks, windows) / max(_LITTLE * bristle, _OF_WAY * way)) ** 2
-    reach = min(math.ceil(0.5 * (count - 1.0)), HALF_WIDTH)
-    return ticks if reach <= 0 else replace(ticks, angle=_means(ticks.time, ticks.angle, reach))
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from interval_coverage import agreement_of, check
 
-from etb_hil.diagnosis.noisy_angle import noise_of, quiet
+from etb_hil.diagnosis.noisy_angle import noise_of, quieted
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.windows import Windows
 
@@ -34,13 +34,13 @@ def test_noise_is_told_from_the_motion(noise):
 
 def test_the_ticks_of_an_encoder_stay_as_they_are():
     ticks, windows = _ticks(6e-6)
-    assert quiet(ticks, windows, _velocity(ticks, windows), BRISTLE) is ticks
+    assert quieted(ticks, windows, _velocity(ticks, windows), BRISTLE).ticks is ticks
 
 
 def test_means_lower_the_noise_and_do_not_reach_over_a_gap():
     ticks, windows = _ticks(2e-4, gap=0.3)
     true, _ = _ticks(0.0, gap=0.3)
-    found = quiet(ticks, windows, _velocity(true, windows), BRISTLE)
+    found = quieted(ticks, windows, _velocity(true, windows), BRISTLE).ticks
     error = found.angle - true.angle
     assert np.std(error) < 0.5 * 2e-4
     assert np.max(np.abs(error)) < 4.0 * 2e-4
