@@ -29,7 +29,7 @@ _GAIN = 70.0  # variance of a fourth difference of white noise: 1 + 16 + 36 + 16
 
 @dataclass(frozen=True, slots=True)
 class Quieted:
-    """Ticks as they were read, the noise of their angle, and by what means it was lowered.
+    """Ticks as they were read, and what lowers the noise of their angle.
 
     `deviation`: of white noise, rad; `reach`: how many ticks on both sides a mean takes in.
     """
@@ -50,7 +50,7 @@ class Quieted:
 
 
 def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Quieted:
-    """Return ticks with an angle that is a mean over as many as it needs.
+    """Return ticks whose angle is a mean over as many as it needs.
 
     `velocity` rad/s of the windows (m); `bristle`: way in rad that bends bristles to the full. An encoder's ticks stay
     as they are: noise that is less than the plate's way turns nothing.

@@ -8,7 +8,7 @@ from independent_throttle import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Unit, fric
 from throttle_as_model import bench_model, rows_of
 
 from etb_hil.diagnosis.assessment import JUDGED, assess
-from etb_hil.diagnosis.bent_bristles import unsure_by_bristles
+from etb_hil.diagnosis.bent_bristles import unsure_by_bristles, unsure_by_lag
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.stribeck_fit import refit
@@ -52,3 +52,13 @@ def test_without_windows_that_slide_nothing_is_added():
     again = unsure_by_bristles(found.ticks, found.windows, none_slides, one.prior, one.fit)
     for number in (COULOMB, DROP, VISCOUS, LOG_SPEED):
         assert again.error({number: 1.0}) == pytest.approx(one.fit.error({number: 1.0}), rel=0.01)
+
+
+def test_another_lag_of_sliding_makes_omega_s_unsure_and_no_other_number():
+    """Where the speed changes, friction of another law follows sooner: that looks like another Stribeck velocity."""
+    found = assessed(Unit(), 20000)
+    one = found.laws[0]
+    again = unsure_by_lag(found.ticks, found.windows, found.evidence, one.prior, one.fit)
+    assert again.error({LOG_SPEED: 1.0}) > 1.05 * one.fit.error({LOG_SPEED: 1.0})
+    for weights in ({COULOMB: 1.0, DROP: 1.0}, {COULOMB: 1.0}):
+        assert again.error(weights) == pytest.approx(one.fit.error(weights), rel=0.03)
