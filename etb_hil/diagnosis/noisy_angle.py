@@ -66,8 +66,11 @@ def unsure_by_noise(
     """Return a fit with the uncertainty that noise of the angle adds.
 
     The uncertainty is of first order. Noise of either sign leaves its mean: what goes with the noise itself is in the
-    scatter of the run.
+    scatter of the run. The rounding of an encoder stands still with the plate: it turns no bristles at rest, and as
+    much noise would.
     """
+    if quiet.reach == 0:
+        return fit
     moved = -fit.residual
     for way in (quiet.deviation, -quiet.deviation):
         noisier = quiet.noisier(way)
