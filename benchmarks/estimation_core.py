@@ -140,7 +140,7 @@ def compare():
         seen = late(made, column.effect) if column.effect else made
         at = filtered(seen, p, SMALL, is_kept=True)
         row = sensitivities(seen, at, [column], is_kept=True).rows[:, :, 0]
-        errors = off(seen, at, row, moved(p, column), ends, column.step, MOVES / column.step)
+        errors = off(seen, at, row, moved(p, column), ends, column.step, MOVES / abs(column.step))
         if errors:
             every.append(errors)
             print(f"  {column.name:28} {100 * errors[0]:6.2f} % {100 * errors[1]:6.2f} %", flush=True)

@@ -12,8 +12,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces, kalman
 from etb_hil.estimation.filtering import active_in, read_without_lag
 from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE
-from etb_hil.estimation.throttle import ACTING, CURRENT, FORCES, LEVEL, OMEGA, THETA, VOLTAGE, keep_bristle
-from etb_hil.plant.physics import BACK_EMF, INDUCTANCE, RESISTANCE
+from etb_hil.estimation.throttle import ACTING, CURRENT, FORCES, LEVEL, OMEGA, THETA, current_at, keep_bristle
 
 
 def whitened(record, at, p):
@@ -33,8 +32,7 @@ def _expected(m, x, before, late, dt, voltage, p):
     faster = (x[OMEGA] - before[OMEGA]) / dt
     if m > 0:
         return x[THETA] + late * (x[OMEGA] + 0.5 * late * faster) + (x[ROUNDING] if m == 1 else 0.0)
-    at_rest = (voltage - x[VOLTAGE] - p[BACK_EMF] * (x[OMEGA] + 0.5 * late * faster)) / p[RESISTANCE]
-    return at_rest + (x[CURRENT] - at_rest) * math.exp(-p[RESISTANCE] * late / p[INDUCTANCE])
+    return current_at(x, voltage, faster, late, p)[0]
 
 
 @njit(cache=False, error_model="numpy")

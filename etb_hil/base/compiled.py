@@ -113,7 +113,7 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
         self._function, self._options = function, options_fingerprint(dispatcher.targetoptions)
         self._name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._is_enabled = True
-        self._claims: list[Claim] = []
+        self._claim: Claim | None = None
 
     @property
     def cache_path(self) -> str:
@@ -141,12 +141,12 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
         rtsys.initialize(target_context)  # it counts references of arrays, and all machine code calls it
         name = f"{_environment(target_context.codegen())}/{self._file(signature)}"
         content = self._kept(name)
-        if content is None and self._is_enabled and not self._claims:
+        if content is None and self._is_enabled and self._claim is None:
             claim = Claim(folders()[0] / self._file(signature))
             claim.take((folders()[0] / name).exists)
             content = self._kept(name)
             if content is None:
-                self._claims.append(claim)
+                self._claim = claim
             else:
                 claim.end()
         if content is not None:
@@ -164,8 +164,9 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
 
     def give_up(self) -> None:
         """Let other processes compile the function."""
-        while self._claims:
-            self._claims.pop().end()
+        if self._claim is not None:
+            self._claim.end()
+            self._claim = None
 
     def save_overload(self, signature: Types, result: CompileResult) -> None:
         """Keep what was compiled for a signature, in the first folder that takes it."""

@@ -31,22 +31,18 @@ _GAIN = 70.0  # variance of a fourth difference of white noise: 1 + 16 + 36 + 16
 class Quieted:
     """Ticks as they were read, and what lowers the noise of their angle.
 
-    `deviation`: of white noise, rad; `reach`: how many ticks on both sides a mean takes in.
+    `deviation`: of white noise, rad; `reach`: how many ticks on both sides a mean takes in. `ticks`: those by whose
+    angle noise bends bristles little.
     """
 
     read: Ticks
     deviation: float
     reach: int
-
-    @property
-    def ticks(self) -> Ticks:
-        """The ticks by whose angle noise bends bristles little."""
-        return self.noisier(0.0) if self.reach > 0 else self.read
+    ticks: Ticks
 
     def noisier(self, deviation: float) -> Ticks:
-        """Return them with more noise of a standard deviation in rad."""
-        angle = _noisier(self.read.angle, deviation)
-        return replace(self.read, angle=_means(self.read.time, angle, self.reach))
+        """Return the means of the ticks with more noise, of a standard deviation in rad."""
+        return _quiet(replace(self.read, angle=_noisier(self.read.angle, deviation)), self.reach)
 
 
 def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Quieted:
@@ -57,7 +53,12 @@ def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -
     """
     way, deviation = float(np.quantile(np.abs(velocity), _SLOW)) * TICK, noise_of(ticks, windows)
     count = (deviation / max(_LITTLE * bristle, _OF_WAY * way)) ** 2
-    return Quieted(ticks, deviation, min(max(math.ceil(0.5 * (count - 1.0)), 0), HALF_WIDTH))
+    reach = min(max(math.ceil(0.5 * (count - 1.0)), 0), HALF_WIDTH)
+    return Quieted(ticks, deviation, reach, _quiet(ticks, reach))
+
+
+def _quiet(ticks: Ticks, reach: int) -> Ticks:
+    return ticks if reach == 0 else replace(ticks, angle=_means(ticks.time, ticks.angle, reach))
 
 
 def unsure_by_noise(

@@ -24,6 +24,7 @@ from etb_hil.estimation.throttle import (
     CORRELATED,
     CURRENT,
     FORCES,
+    FUSED,
     LEVEL,
     LOST,
     OMEGA,
@@ -74,8 +75,6 @@ _BURST = 2  # samples that are lost before that: a single blow moves nothing
 _FASTEST, _FASTER = 10.0, 1.0  # rad/s: an unknown velocity, and by how much one differs from the mean of a sample
 _STEP = 1e-5  # rad, rad/s, A: step of the derivatives of what effects add
 _ROUNDS = 2.0 * math.pi
-# Fused multiplications and additions save a seventh of the time; a likelihood has its bits on one machine only anyway.
-_FUSED = {"contract"}
 # Share of a rounding error's variance that does not last: by 0.8, 0.5 and 0.2 a healthy record of 40,000 samples is
 # likelier by 2,000 and 3,000 nats (`python benchmarks/estimation_core.py` has the whiteness at 0.2).
 _WHITE = 0.2
@@ -145,7 +144,7 @@ def acting_on(
     acting[LEVEL] = max(acting[LEVEL], _LEAST_LEVEL)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True, fastmath=_FUSED)
+@njit(cache=True, error_model="numpy", forceinline=True, fastmath=FUSED)
 def predict(
     x: Vector, p: Vector, voltage: float, temperature: float, dt: float, active: Int64, memory: Vector, acting: Vector,
     d: Vector, level: float, rests: float, f: Float64, b: Float64, work: Float64,
@@ -183,7 +182,7 @@ def _rounding(s: Vector) -> tuple[float, float]:
     return (1.0 - _WHITE) * variance, _WHITE * variance
 
 
-@njit(cache=True, error_model="numpy", forceinline=True, fastmath=_FUSED)
+@njit(cache=True, error_model="numpy", forceinline=True, fastmath=FUSED)
 def _spread(
     cov: Float64, f: Float64, b: Float64, x: Vector, dt: float, unsure: float, s: Vector, room: Float64
 ) -> None:
@@ -265,7 +264,7 @@ def pass_time(
         forces.pass_time(one, x[OMEGA], theta - x[THETA], x[CURRENT], voltage, temperature, dt, memory, p)
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FUSED)
+@njit(cache=True, error_model="numpy", fastmath=FUSED)
 def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     since: Vector,
     heat: Vector,

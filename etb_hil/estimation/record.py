@@ -11,7 +11,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.estimation import kalman
-from etb_hil.estimation.rounding import left_by_noise
+from etb_hil.estimation.rounding import lasting_share
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW
@@ -206,7 +206,7 @@ def noise_settings(model: Model) -> Float64:
     s[kalman.STEP_MOTOR] = 2.0 * math.pi / sensors.motor_counts_per_turn / v.gear_ratio
     s[kalman.STEP_PLATE] = sensors.plate_range / 2**sensors.plate_bits
     s[kalman.NOISE_PLATE] = sensors.plate_noise**2
-    s[kalman.LASTS_PLATE] = left_by_noise(s[kalman.NOISE_PLATE], s[kalman.STEP_PLATE])
+    s[kalman.LASTS_PLATE] = lasting_share(s[kalman.NOISE_PLATE], s[kalman.STEP_PLATE])
     s[kalman.NOISE_VOLTAGE] = sensors.voltage_noise**2 + sensors.voltage_step**2 / 12.0
     s[kalman.JITTER] = _JITTER
     s[kalman.HOME], s[kalman.NEAR] = v.limp_home, v.dead_zone + model.tolerance("limp_home")

@@ -12,8 +12,8 @@ _EDGE_S = (
 )
 
 
-def left_by_noise(white: float, step: float) -> float:
-    """Return the share of a rounding error that noise leaves standing.
+def lasting_share(white: float, step: float) -> float:
+    """Return the share of a rounding error that lasts in spite of noise.
 
     That is the first harmonic of the rounding's sawtooth, squared. `white`: variance of the noise in rad^2; `step` in
     rad.
@@ -25,7 +25,7 @@ def left_by_noise(white: float, step: float) -> float:
 def rounding_variance(step: float, lasts: float, omega: float, dt: float) -> float:
     """Return the variance of an angle's rounding in rad^2.
 
-    An edge of slow motion lasts several samples; `lasts`: see `left_by_noise`.
+    An edge of slow motion lasts several samples; `lasts`: see `lasting_share`.
     """
     samples = min(max(step / (abs(omega) * dt + 1e-12), 1.0), _EDGE_S / dt + 1.0)
     return step * step / 12.0 * (1.0 + (samples - 1.0) * lasts)

@@ -45,6 +45,8 @@ ACTING = 5
 # beginning to its end (N·m), about the mean. What comes late in a sample has moved the plate less at its end.
 GROWTH = 3
 FORCES = 4
+# Fused multiplications and additions save a seventh of the time; a likelihood has its bits on one machine only anyway.
+FUSED = {"contract"}
 _LONGEST = 0.26e-3  # s: coarser steps show a false gain of the current
 
 
@@ -77,7 +79,7 @@ def current_at(x: Vector, voltage: float, gains: float, later: float, p: Vector)
     return at_rest + (x[CURRENT] - at_rest) * share, share
 
 
-@njit(cache=True, error_model="numpy", forceinline=True, fastmath={"contract"})
+@njit(cache=True, error_model="numpy", forceinline=True, fastmath=FUSED)
 def step(
     x: Vector, p: Vector, voltage: float, h: float, grown: float, acting: Vector, rests: float, f: Float64, b: Float64,
     work: Float64,
@@ -132,7 +134,7 @@ def step(
     b[CURRENT, LOST] -= loses
 
 
-@njit(cache=True, error_model="numpy", forceinline=True, fastmath={"contract"})
+@njit(cache=True, error_model="numpy", forceinline=True, fastmath=FUSED)
 def _carry(
     f: Float64, j: int, r: Vector, rises: float, bend: float, keeps: float, emf: float, end: float, loses: float,
     kept: float, fades: float,

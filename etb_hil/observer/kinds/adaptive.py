@@ -17,7 +17,7 @@ from etb_hil.estimation.motion import (
     MOVING,
     STATES,
 )
-from etb_hil.estimation.rounding import left_by_noise
+from etb_hil.estimation.rounding import lasting_share
 from etb_hil.observer.estimate import FrictionEstimate, SensorNoise
 from etb_hil.observer.registry import ObserverKind
 from etb_hil.plant.parameters import Model, ThrottleParameters
@@ -102,7 +102,7 @@ def _settings(throttle: ThrottleParameters, noise: SensorNoise, tolerances: Thro
     white = max(noise.angle * noise.angle - step * step / 12.0, 0.0)
     s = np.zeros(SETTINGS)
     s[settings.ANGLE_NOISE], s[settings.ANGLE_STEP] = white, step
-    s[settings.LASTING] = left_by_noise(white, step)
+    s[settings.LASTING] = lasting_share(white, step)
     s[settings.CURRENT_NOISE] = noise.current * noise.current
     s[settings.CONSTANT] = (tolerances.torque_per_ampere / throttle.torque_per_ampere) ** 2 / 3.0
     s[settings.LIMP_TOLERANCE] = tolerances.limp_home + _ENCODER_ZERO
