@@ -14,6 +14,7 @@ white innovations make it, the last one for longer: a law of presliding that is 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation.motion import (
@@ -309,10 +310,10 @@ def _estimate(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _run(
+    n: int,
     time_ns: Int64,
     current: Float64,
     angle: Float64,
-    n: int,
     x: Vector,
     cov: Float64,
     p: Vector,
@@ -360,23 +361,7 @@ def _run(
 
 # A kernel for each number of states: loops of a known length take half of the time.
 @njit(cache=True, error_model="numpy")
-def run_adapting(
-    time_ns: Int64,
-    current: Float64,
-    angle: Float64,
-    x: Vector,
-    cov: Float64,
-    p: Vector,
-    s: Vector,
-    last_ns: Int64,
-    settings: Vector,
-    lowest: Vector,
-    highest: Vector,
-    work: Float64,
-    velocity: Float64,
-    friction: Float64,
-    deviation: Float64,
-) -> None:
+def run_adapting(*columns: Any) -> None:  # noqa: ANN401 (those of `_run`)
     """Filter samples, and fill in velocity, friction torque and its deviation.
 
     Velocities are in rad/s, torques in N·m; the deviation is a standard deviation.
@@ -386,32 +371,10 @@ def run_adapting(
     one with a current that no voltage drives or with the stamp of the one before; nor do the first ones after a gap,
     until the friction is known.
     """
-    _run(
-        time_ns, current, angle, STATES, x, cov, p, s, last_ns, settings, lowest, highest, work,
-        velocity, friction, deviation,
-    )  # fmt: skip
+    _run(STATES, *columns)
 
 
 @njit(cache=True, error_model="numpy")
-def run_moving(
-    time_ns: Int64,
-    current: Float64,
-    angle: Float64,
-    x: Vector,
-    cov: Float64,
-    p: Vector,
-    s: Vector,
-    last_ns: Int64,
-    settings: Vector,
-    lowest: Vector,
-    highest: Vector,
-    work: Float64,
-    velocity: Float64,
-    friction: Float64,
-    deviation: Float64,
-) -> None:
+def run_moving(*columns: Any) -> None:  # noqa: ANN401 (those of `_run`)
     """Filter samples as `run_adapting` does, but adapt the friction level alone."""
-    _run(
-        time_ns, current, angle, MOVING, x, cov, p, s, last_ns, settings, lowest, highest, work,
-        velocity, friction, deviation,
-    )  # fmt: skip
+    _run(MOVING, *columns)
