@@ -3,8 +3,8 @@
 The filter adapts its own parameters.
 
 State and parameters are those of `motion`, the current is the input and the plate angle the measurement. The torque
-constant is not adapted: it is the unit that friction is measured in (whoever scales motor, springs, inertia and
-friction equally sees the same motion).
+constant is the unit that friction is measured in: whoever scales motor, springs, inertia and friction equally sees the
+same motion. So it is known as well as springs and inertia are, and follows with care: friction of another law pulls it.
 
 What the equations lack is process noise: a disturbance torque (Ornstein-Uhlenbeck), a friction level that wanders along
 the way, and bristles that differ from LuGre's while they bend. All three grow while the mean innovation is larger than
@@ -17,8 +17,10 @@ import math
 from typing import Any
 
 from etb_hil.base.compiled import njit
+from etb_hil.estimation.kept import keep, take_back
 from etb_hil.estimation.motion import (
     ADAPTED,
+    AT_CONSTANT,
     AT_PRELOAD_OPEN,
     AT_STIFFNESS,
     AT_STRIBECK,
@@ -68,8 +70,8 @@ STRONGEST = 8  # A: a larger reading is none
 SETTINGS = 9
 
 # What is carried beside state and covariance
-CURRENT, RUNNING, MEAN_INNOVATION, MISFIT, SETTLED = range(5)
-CARRIED = 5
+CURRENT, RUNNING, MEAN_INNOVATION, EXCESS, MISFIT, SETTLED, QUIET_S, IS_FAULTY = range(8)
+CARRIED = 8
 
 # Process noise, shares of friction; benchmarks/observer_table.py shows what they give.
 _RELAXES = 2.0  # 1/s, disturbance torque
@@ -87,7 +89,11 @@ _MEAN_OVER = 0.01  # s, mean innovation
 _WHITE = 9.0  # its square in its own variances: 0.3 % of white innovations exceed that
 _CURVE = 0.05  # share of the current's change over a sample by which its mean may be off
 _LIMP_S = 3e-3  # s, longest that one error of the springs at limp-home lasts
-_FOREIGN, _FOREIGN_WANDERS = 100.0, 10.0  # excess that no friction explains; 1/s, disturbance torque while it lasts
+# Excess that no friction explains (a bump of 25 % makes up to 56); 1/s, growth of the disturbance torque meanwhile
+_FOREIGN, _FOREIGN_WANDERS = 60.0, 10.0
+_KEEPS_S = 0.05  # s between copies of the parameters; a wrong current is seen in 5 to 20 ms
+_ABSORBED = 0.1  # of T_st: a larger disturbance torque is a wrong reading that the filter has taken for one
+_CAREFUL = 0.3  # share of a correction that the torque constant follows, as Brink's partial update (2017)
 _OUTLIER, _LOST = 5.0, 8.0  # innovations in standard deviations: weighted down, and opening the covariance
 _FASTEST_UNSEEN = 10.0  # rad/s, standard deviation of a velocity that nobody measured
 _SURE, _SETTLES_S = 0.05, 0.05  # share of T_st, below which a standard deviation ends the settling; s, its longest
@@ -108,7 +114,8 @@ def restart(x: Vector, cov: Float64, s: Vector, angle: float, current: float, se
     cov[OMEGA, OMEGA] = _FASTEST_UNSEEN**2
     cov[BRISTLE, BRISTLE] = settings[NOMINAL] ** 2
     cov[DISTURBANCE, DISTURBANCE] = _WANDERS * settings[NOMINAL] ** 2 / (2.0 * _RELAXES)
-    s[CURRENT], s[RUNNING], s[MEAN_INNOVATION], s[SETTLED] = current, 1.0, 0.0, 0.0
+    s[CURRENT], s[RUNNING], s[MEAN_INNOVATION], s[EXCESS] = current, 1.0, 0.0, 0.0
+    s[SETTLED], s[QUIET_S], s[IS_FAULTY] = 0.0, 0.0, 0.0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -185,15 +192,6 @@ def _predict(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _excess(s: Vector, dt: float) -> float:
-    """Return the square of the mean innovation beyond that of white ones.
-
-    The unit is the innovations' own variance.
-    """
-    return s[MEAN_INNOVATION] ** 2 * (2.0 * _MEAN_OVER / dt + 1.0) - _WHITE
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
 def _noise(
     x: Vector, p: Vector, s: Vector, change: float, dt: float, h: float, settings: Vector
 ) -> tuple[float, float, float, float]:
@@ -203,8 +201,8 @@ def _noise(
     """
     nominal = settings[NOMINAL] ** 2
     wanders, uneven, bends = _WANDERS * nominal, _UNEVEN, _BENDS
-    excess = _excess(s, dt)
-    if excess > _FOREIGN:
+    excess = s[EXCESS]
+    if s[IS_FAULTY] > 0.0:
         wanders = _FOREIGN_WANDERS * nominal
     elif excess > 0.0:
         wanders *= 1.0 + _MORE_TORQUE * excess
@@ -236,6 +234,8 @@ def _correct(
     size = abs(error) / math.sqrt(total)
     whitened = min(size, _OUTLIER) * (1.0 if error > 0.0 else -1.0)
     s[MEAN_INNOVATION] += dt / (_MEAN_OVER + dt) * (whitened - s[MEAN_INNOVATION])
+    # The square of the mean beyond that of white ones, in its own variances.
+    s[EXCESS] = s[MEAN_INNOVATION] ** 2 * (2.0 * _MEAN_OVER / dt + 1.0) - _WHITE
     if size > _LOST:
         cov[THETA, THETA] += error * error
         cov[OMEGA, OMEGA] += min((error / dt) ** 2, _FASTEST_UNSEEN**2)
@@ -246,11 +246,14 @@ def _correct(
     for m in range(n):
         v[m] = cov[m, THETA]
     # What is no friction moves state and disturbance alone: the parameters are considered, not adapted.
-    adapted = n if size < _OUTLIER and _excess(s, dt) < _FOREIGN else LEVEL
+    adapted = n if size < _OUTLIER and s[EXCESS] < _FOREIGN and s[IS_FAULTY] == 0.0 else LEVEL
     for m in range(n):
         gain = v[m] * per
         for k in range(n if m < adapted else adapted):
             cov[m, k] -= gain * v[k]
+        if m == AT_CONSTANT and adapted == n:
+            cov[m, m] += gain * v[m] * (1.0 - _CAREFUL) ** 2
+            gain *= _CAREFUL
         if m >= adapted:
             continue
         if m < LEVEL:
@@ -267,6 +270,25 @@ def _correct(
             p[STICTION] *= scale
         else:
             p[ADAPTED[m - MOVING]] *= scale
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _watch(x: Vector, cov: Float64, p: Vector, s: Vector, dt: float, n: int, nominal: float, kept: Float64) -> None:
+    """Keep the parameters, and go back to earlier ones where a fault begins.
+
+    Innovations that no friction explains tell of a fault some milliseconds after it began. It has ended when they were
+    small for a while and the disturbance torque is small again, too.
+    """
+    if s[EXCESS] >= _FOREIGN:
+        if s[IS_FAULTY] == 0.0:
+            take_back(cov, p, n, kept)
+        s[IS_FAULTY], s[QUIET_S] = 1.0, 0.0
+        return
+    s[QUIET_S] += dt
+    if s[QUIET_S] < _KEEPS_S or (s[IS_FAULTY] > 0.0 and abs(x[DISTURBANCE]) > _ABSORBED * nominal):
+        return
+    s[IS_FAULTY] = s[QUIET_S] = 0.0
+    keep(cov, p, n, kept)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -293,6 +315,7 @@ def _estimate(
     friction = x[BRISTLE] + damping * omega * yields + p[VISCOUS] * omega + x[DISTURBANCE]
     # Bristles that yield as fast as they go are bent by the level alone, whatever their own error was.
     a, b = damping * yields + p[VISCOUS], max(1.0 - damping * abs(omega) * per_g, 0.0)
+    # The constant counts with its stated tolerance: what the record taught of it holds for LuGre's friction only.
     square = settings[CONSTANT] * friction * friction + cov[DISTURBANCE, DISTURBANCE]
     square += misfit * p[COULOMB] ** 2 * min(max(yields, 0.0), 1.0)
     square += a * (a * cov[OMEGA, OMEGA] + 2.0 * (b * cov[OMEGA, BRISTLE] + cov[OMEGA, DISTURBANCE]))
@@ -323,6 +346,7 @@ def _run(
     lowest: Vector,
     highest: Vector,
     work: Float64,
+    kept: Float64,
     velocity: Float64,
     friction: Float64,
     deviation: Float64,
@@ -350,6 +374,7 @@ def _run(
         for part in range(steps):
             _predict(x, cov, p, before + change * (part + 0.5) / steps, noise, h, n, work)
         _correct(x, cov, p, s, measured - x[THETA], dt, n, settings, work[2])
+        _watch(x, cov, p, s, dt, n, settings[NOMINAL], kept)
         torque, sigma = _estimate(x, cov, p, s[MISFIT], n, settings, lowest, highest)
         unsure = max(sigma, math.sqrt(max(cov[BRISTLE, BRISTLE], 0.0)))
         s[SETTLED] += dt if unsure > _SURE * settings[NOMINAL] else _SETTLES_S

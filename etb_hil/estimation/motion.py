@@ -30,6 +30,7 @@ from etb_hil.plant.physics import (
     SLOPE_OPEN,
     STICTION,
     STRIBECK_VELOCITY,
+    TORQUE_PER_AMPERE,
     VISCOUS,
     Vector,
 )
@@ -39,15 +40,16 @@ from etb_hil.plant.physics import (
 THETA, OMEGA, BRISTLE, DISTURBANCE, LEVEL = range(5)
 MOVING = 5
 # Behind it, what may be adapted: logarithms of friction's shape and of the inertia, and the springs' torques.
-AT_STICTION, AT_VISCOUS, AT_STIFFNESS, AT_STRIBECK, AT_INERTIA = range(MOVING, MOVING + 5)
-AT_PRELOAD_OPEN, AT_PRELOAD_CLOSE, AT_SLOPE_OPEN, AT_SLOPE_CLOSE = range(MOVING + 5, MOVING + 9)
-STATES = MOVING + 9
+AT_STICTION, AT_VISCOUS, AT_STIFFNESS, AT_STRIBECK, AT_INERTIA, AT_CONSTANT = range(MOVING, MOVING + 6)
+AT_PRELOAD_OPEN, AT_PRELOAD_CLOSE, AT_SLOPE_OPEN, AT_SLOPE_CLOSE = range(MOVING + 6, MOVING + 10)
+STATES = MOVING + 10
 ADAPTED = (
     STICTION,
     VISCOUS,
     BRISTLE_STIFFNESS,
     STRIBECK_VELOCITY,
     INERTIA,
+    TORQUE_PER_AMPERE,
     PRELOAD_OPEN,
     PRELOAD_CLOSE,
     SLOPE_OPEN,
@@ -153,7 +155,7 @@ def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n
         r[AT_STICTION], f[AT_STICTION] = load_by_g * by_stiction * per, end_by_g * by_stiction
         r[AT_STRIBECK], f[AT_STRIBECK] = load_by_g * by_stribeck * per, end_by_g * by_stribeck
         r[AT_STIFFNESS], f[AT_STIFFNESS] = (load_by_y * y - drag) * per, end_by_y * y
-        r[AT_VISCOUS], r[AT_INERTIA] = viscous * way * per, gains * per
+        r[AT_VISCOUS], r[AT_INERTIA], r[AT_CONSTANT] = viscous * way * per, gains * per, -h * motor * per
         _by_springs(theta + 0.5 * way - p[LIMP_HOME], h * acts * per, r)
     x[THETA], x[OMEGA], x[BRISTLE] = theta + way, 2.0 * way / h - omega, end
     return end_by_way

@@ -9,6 +9,7 @@ import numpy as np
 
 from etb_hil.estimation import friction_filter as settings
 from etb_hil.estimation.friction_filter import CARRIED, SETTINGS, run_adapting, run_moving
+from etb_hil.estimation.kept import KEPT
 from etb_hil.estimation.motion import (
     ADAPTED,
     AT_INERTIA,
@@ -42,8 +43,7 @@ class AdaptiveObserver:
 
     That is a standard deviation.
 
-    `tolerances` are half widths of the parameters; where all are zero, nothing is adapted but the friction level. The
-    torque constant is never adapted: its tolerance is part of the standard deviation.
+    `tolerances` are half widths of the parameters; where all are zero, nothing is adapted but the friction level.
     """
 
     def __init__(self, throttle: ThrottleParameters, noise: SensorNoise, tolerances: ThrottleParameters) -> None:
@@ -57,12 +57,13 @@ class AdaptiveObserver:
         self._carried = np.zeros(CARRIED)
         self._last_ns = np.zeros(1, np.int64)
         self._work = np.zeros((4, STATES))
+        self._kept = np.zeros(KEPT)
 
     def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
         """Take samples, return velocity and friction torque; see `Observer.push`."""
         velocity, friction, deviation = (np.empty(len(time_ns)) for _ in range(3))
         carried = (self._x, self._cov, self._p, self._carried, self._last_ns)
-        known = (self._settings, self._lowest, self._highest, self._work)
+        known = (self._settings, self._lowest, self._highest, self._work, self._kept)
         self._run(time_ns, current, angle, *carried, *known, velocity, friction, deviation)
         return FrictionEstimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64), deviation)
 
@@ -116,4 +117,6 @@ def _of_model(model: Model, throttle: ThrottleParameters, noise: SensorNoise) ->
     return AdaptiveObserver(throttle, noise, model.tolerances)
 
 
-OBSERVER = ObserverKind("extended Kalman filter along LuGre friction; adapts friction, springs and inertia", _of_model)
+OBSERVER = ObserverKind(
+    "extended Kalman filter along LuGre friction; adapts friction, motor, springs and inertia", _of_model
+)

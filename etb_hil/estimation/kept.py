@@ -1,0 +1,44 @@
+"""Copies of a filter's parameters, to go back to after a fault; compiled."""
+
+from __future__ import annotations
+
+from etb_hil.base.compiled import njit
+from etb_hil.estimation.motion import ADAPTED, LEVEL, MOVING, STATES
+from etb_hil.plant.physics import COULOMB, STICTION, Vector
+from etb_hil.recording.samples import Float64
+
+# The newer copy and the older one; in each T_c, T_st and what is adapted, then the covariance.
+KEPT = (2, 1 + STATES, STATES)
+_NEWER, _OLDER = 0, 1
+_AT_COULOMB, _AT_STICTION = 0, 1
+
+
+@njit(cache=True, error_model="numpy")
+def keep(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
+    """Copy the parameters and their covariance; the newer copy becomes the older.
+
+    `n`: number of states, `kept`: of the shape `KEPT`.
+    """
+    kept[_OLDER] = kept[_NEWER]
+    copy = kept[_NEWER]
+    copy[0, _AT_COULOMB], copy[0, _AT_STICTION] = p[COULOMB], p[STICTION]
+    for k in range(MOVING, n):
+        copy[0, k] = p[ADAPTED[k - MOVING]]
+    copy[1 + LEVEL :, LEVEL:] = cov[LEVEL:, LEVEL:]
+
+
+@njit(cache=True, error_model="numpy")
+def take_back(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
+    """Take up the parameters of the older copy, where there is one.
+
+    The state stays as it is and counts as independent of them.
+    """
+    copy = kept[_OLDER]
+    if copy[0, _AT_COULOMB] == 0.0:
+        return
+    p[COULOMB], p[STICTION] = copy[0, _AT_COULOMB], copy[0, _AT_STICTION]
+    for k in range(MOVING, n):
+        p[ADAPTED[k - MOVING]] = copy[0, k]
+    cov[:LEVEL, LEVEL:] = 0.0
+    cov[LEVEL:, :LEVEL] = 0.0
+    cov[LEVEL:, LEVEL:] = copy[1 + LEVEL :, LEVEL:]
