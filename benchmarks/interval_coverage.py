@@ -85,6 +85,9 @@ def check(rng, rates, *, bump="", law=(), hot=0.0, track=False):
         stiction=nominal.stiction * share * rng.choice(RISES),
         torque_per_ampere=nominal.torque_per_ampere * (1.0 + ONE_MOTOR * rng.standard_normal()),
     )
+    if track:  # the angle's steps, as a model file states them
+        counts = {"motor_counts_per_turn": round(2.0 * math.pi / TRACK_STEP / unit.gear_ratio)}
+        bench = replace(bench, sensors=bench.sensors.model_copy(update=counts))
     if bump:
         unit = replace(unit, **along_the_way(bump, rng))
     unit = replace(unit, **dict(law))

@@ -20,12 +20,12 @@ from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval, mixed
-from etb_hil.diagnosis.noisy_angle import quieted, unsure_by_noise
+from etb_hil.diagnosis.noisy_angle import quieted, shape_for, unsure_by_noise
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
-from etb_hil.diagnosis.windows import RATE_KERNEL, Windows, place_windows, window_means
+from etb_hil.diagnosis.windows import NARROW, Shape, Windows, place_windows, window_means
 from etb_hil.plant.exactmath import exp
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
@@ -35,7 +35,7 @@ JUDGED = 1  # code of ticks in phases whose motion is judged
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
 _SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
 _FEWEST = 60  # windows: 20 independent ones, for up to 20 parameters (`prior.py`)
-_CLUSTER = 100  # ticks that share their noise: six windows long (benchmarks/interval_coverage.py)
+_CLUSTER = 100  # ticks that share their noise: six narrow windows long (benchmarks/interval_coverage.py)
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run, 0.07 mN·m at the stock plate
 _DROP_STANDS_OUT = 3.0  # standard errors
@@ -90,8 +90,11 @@ class Assessment:
 
 def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero) -> Assessment:
     """Fit motor and friction to the ticks of a run."""
-    windows, velocity = _moving_windows(ticks, _usable(ticks, model, throttle))
-    cluster = windows.centre // _CLUSTER
+    usable = _usable(ticks, model, throttle)
+    windows, velocity = _moving_windows(ticks, usable, NARROW)
+    if (shape := shape_for(ticks, windows, throttle)) is not NARROW:
+        windows, velocity = _moving_windows(ticks, usable, shape)
+    cluster = windows.centre // (_CLUSTER * windows.shape.half // NARROW.half)
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
     if len(windows) < _FEWEST:
         return Assessment(ticks, windows, evidence, (), None, None)
@@ -232,8 +235,8 @@ def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:
     return ((ticks.kind == JUDGED) & clear).astype(np.int64)
 
 
-def _moving_windows(ticks: Ticks, usable: Int64) -> tuple[Windows, Float64]:
-    windows = place_windows(ticks, usable)
-    velocity = window_means(ticks.angle, RATE_KERNEL, windows)
+def _moving_windows(ticks: Ticks, usable: Int64, shape: Shape) -> tuple[Windows, Float64]:
+    windows = place_windows(ticks, usable, shape)
+    velocity = window_means(ticks.angle, windows.shape.rate, windows)
     moving = np.abs(velocity) > _SLOWEST
-    return Windows(windows.centre[moving]), velocity[moving]
+    return Windows(windows.centre[moving], shape), velocity[moving]

@@ -22,7 +22,7 @@ from etb_hil.diagnosis.local_friction import local_means
 from etb_hil.diagnosis.prior import CONSTANT, Prior
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, widened_by
 from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import HALF_WIDTH, Windows
+from etb_hil.diagnosis.windows import Windows
 from etb_hil.recording.samples import Float64
 
 _TURNS = 3  # the curve falls without the bump, and more of the bump stands out of it
@@ -107,4 +107,5 @@ def _inside(angle: Float64, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
 def _passing(angle: Float64, windows: Windows, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
     """Return which windows (m) hold angles of ticks (n) in a bump."""
     ticks_inside = np.concatenate([[0], np.cumsum(_inside(angle, bumps))])
-    return ticks_inside[windows.centre + HALF_WIDTH + 1] > ticks_inside[windows.centre - HALF_WIDTH]
+    half = windows.shape.half
+    return ticks_inside[windows.centre + half + 1] > ticks_inside[windows.centre - half]

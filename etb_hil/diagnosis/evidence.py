@@ -13,10 +13,6 @@ from numpy.typing import NDArray
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (
-    ACCELERATION_KERNEL,
-    RATE_KERNEL,
-    TORQUE_KERNEL,
-    WINDOW,
     Windows,
     bend,
     sliding,
@@ -68,12 +64,12 @@ def gather_evidence(
     # answers to, that is 1/6, 4/6, 1/6 of single samples at the kinks, and 1/12, 10/12, 1/12 of means between them.
     current = ticks.current.copy()
     bend(current, 1.0 / 12.0, 1.0 / 12.0, ticks.samples)
-    motor = window_means(p.torque_per_ampere * current, WINDOW, windows)
-    motor_rate = window_means(p.torque_per_ampere * ticks.current, RATE_KERNEL, windows)
-    inertia = window_means(p.inertia * ticks.angle, ACCELERATION_KERNEL, windows)
-    springs = (window_means(column, TORQUE_KERNEL, windows) for column in basis)
+    motor = window_means(p.torque_per_ampere * current, windows.shape.mean, windows)
+    motor_rate = window_means(p.torque_per_ampere * ticks.current, windows.shape.rate, windows)
+    inertia = window_means(p.inertia * ticks.angle, windows.shape.acceleration, windows)
+    springs = (window_means(column, windows.shape.torque, windows) for column in basis)
     errors = np.stack([inertia, *springs, *_by_disc(ticks, windows, p)], axis=1)
-    load = window_means(spring, TORQUE_KERNEL, windows) + inertia
+    load = window_means(spring, windows.shape.torque, windows) + inertia
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
     return Evidence(
@@ -91,8 +87,8 @@ def _by_disc(ticks: Ticks, windows: Windows, p: ThrottleParameters) -> tuple[Flo
     slope = np.where(ticks.angle > p.limp_home, p.slope_open, p.slope_close)
 
     def load(wave: Float64) -> Float64:
-        inertia = window_means(p.inertia * wave, ACCELERATION_KERNEL, windows)
-        return -(inertia + window_means(slope * wave, TORQUE_KERNEL, windows)) / p.gear_ratio
+        inertia = window_means(p.inertia * wave, windows.shape.acceleration, windows)
+        return -(inertia + window_means(slope * wave, windows.shape.torque, windows)) / p.gear_ratio
 
     sine, cosine = _waves(p.gear_ratio * ticks.angle)
     return load(sine), load(cosine)

@@ -120,7 +120,9 @@ def _weighed(paper: _Fitted, others: Sequence[_Fitted]) -> list[Law]:
         0.5 * one.fit.counted * (paper.misfit - one.misfit) + _log_closed(one.fit, one.prior, one.free)
         for one in others
     ]
-    most, likeliest = max((one.evidence for one in others), default=0.0), max(factors, default=0.0)
+    # Against the paper's law speaks no more than both the score and the fit say.
+    most = max((min(one.evidence, factor) for one, factor in zip(others, factors, strict=True)), default=0.0)
+    likeliest = max(factors, default=0.0)
     before = (1.0 - _USUAL) / len(_OTHERS)
     shares = [_USUAL * float(exp(-most))] + [before * float(exp(factor - likeliest)) for factor in factors]
     kept = [one for one in zip((paper, *others), shares, strict=True) if one[1] >= _LEAST * sum(shares)]

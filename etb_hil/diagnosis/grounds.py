@@ -21,11 +21,11 @@ from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.ticks import TICK_NS
-from etb_hil.diagnosis.windows import HALF_WIDTH
+from etb_hil.diagnosis.windows import NARROW
 from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Int64
 
-_REACH_NS = HALF_WIDTH * TICK_NS
+_REACH_NS = NARROW.half * TICK_NS
 _UNSEEN_NS = 20_000_000  # of an episode at a segment: shorter, windows of 17 ms on either side tell of it
 
 

@@ -17,13 +17,15 @@ from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.prior import Prior
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, linearised, shifted
 from etb_hil.diagnosis.ticks import TICK, Ticks
-from etb_hil.diagnosis.windows import HALF_WIDTH, Windows
+from etb_hil.diagnosis.windows import NARROW, WIDE, Shape, Windows
+from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64
 
 # Noise may be as large as this share of the bristles' way, or of the plate's in a tick of slow motion (the slowest
 # tenth of windows). Without means a plate track of 12 bits with 0.01 deg of noise, read at 1 kHz, has T_st 6 % too high
 # and held in 53 %, with them in all of 40 units (`benchmarks/interval_coverage.py --rate 1000 --track`).
 _LITTLE, _OF_WAY, _SLOW = 0.03, 0.2, 0.1
+_OF_COULOMB = 0.01  # of T_c, by which noise may change the inertia's torque of a narrow window
 _GAIN = 70.0  # variance of a fourth difference of white noise: 1 + 16 + 36 + 16 + 1
 
 
@@ -45,6 +47,18 @@ class Quieted:
         return _quiet(replace(self.read, angle=_noisier(self.read.angle, deviation)), self.reach)
 
 
+def shape_for(ticks: Ticks, windows: Windows, throttle: ThrottleParameters) -> Shape:
+    """Return the shape of windows that the noise of the ticks' angle asks for.
+
+    `windows` are narrow ones. An angle's noise counts in a window by the inertia's torque.
+    """
+    if not len(windows):
+        return NARROW
+    weights = NARROW.acceleration
+    noise = throttle.inertia * noise_of(ticks, windows) * math.sqrt(float(np.sum(weights * weights)))
+    return WIDE if noise > _OF_COULOMB * throttle.coulomb else NARROW
+
+
 def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Quieted:
     """Return ticks whose angle is a mean over as many as it needs.
 
@@ -53,7 +67,7 @@ def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -
     """
     way, deviation = float(np.quantile(np.abs(velocity), _SLOW)) * TICK, noise_of(ticks, windows)
     count = (deviation / max(_LITTLE * bristle, _OF_WAY * way)) ** 2
-    reach = min(max(math.ceil(0.5 * (count - 1.0)), 0), HALF_WIDTH)
+    reach = min(max(math.ceil(0.5 * (count - 1.0)), 0), windows.shape.half)
     return Quieted(ticks, deviation, reach, _quiet(ticks, reach))
 
 
@@ -86,7 +100,8 @@ def noise_of(ticks: Ticks, windows: Windows) -> float:
     """
     fourth = np.diff(ticks.angle, 4)
     power = np.concatenate(([0.0], np.cumsum(fourth * fourth)))
-    begin, end = windows.centre - HALF_WIDTH, windows.centre + HALF_WIDTH - 3
+    half = windows.shape.half
+    begin, end = windows.centre - half, windows.centre + half - 3
     return math.sqrt(float(np.median((power[end] - power[begin]) / (end - begin))) / _GAIN)
 
 

@@ -30,7 +30,7 @@ from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, 
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.window_weights import kinds_of, mean_square, weights_by_kind, weights_of
-from etb_hil.diagnosis.windows import WINDOW, Windows, window_means
+from etb_hil.diagnosis.windows import Windows, window_means
 from etb_hil.observer.normal_equations import accumulate, inverse, product, times
 from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64, Int64
@@ -187,18 +187,19 @@ def linearised(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, c
     law = LAW_PARAMETERS if count > USUAL else 0
     along = np.empty((1 + FRICTION_PARAMETERS + law, len(ticks)))
     friction_along(ticks.angle, ticks.samples, evidence.over_time, q, along)
-    friction = window_means(along[0], WINDOW, windows)
+    friction = window_means(along[0], windows.shape.mean, windows)
     shaft = friction + evidence.load + times(evidence.errors, q[INERTIA:OFFSET])
     scale = 1.0 / (1.0 + q[CONSTANT])
     jacobian = np.empty((len(windows), count))
     for index in range(FRICTION_PARAMETERS):
-        jacobian[:, index] = window_means(along[1 + index], WINDOW, windows) * scale
+        jacobian[:, index] = window_means(along[1 + index], windows.shape.mean, windows) * scale
     jacobian[:, CONSTANT] = -shaft * scale * scale
     jacobian[:, INERTIA:OFFSET] = evidence.errors * scale
     jacobian[:, OFFSET] = evidence.per_ampere
     jacobian[:, LAG] = -evidence.motor_rate
     for index in range(count - USUAL):
-        jacobian[:, USUAL + index] = window_means(along[1 + FRICTION_PARAMETERS + index], WINDOW, windows) * scale
+        column = along[1 + FRICTION_PARAMETERS + index]
+        jacobian[:, USUAL + index] = window_means(column, windows.shape.mean, windows) * scale
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     return Linearised(q, evidence.motor - (shaft * scale + sensed), jacobian)
 

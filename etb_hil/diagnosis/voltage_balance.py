@@ -13,7 +13,7 @@ import numpy as np
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import RATE_KERNEL, TORQUE_KERNEL, Windows, window_means
+from etb_hil.diagnosis.windows import Windows, window_means
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Int64
@@ -52,15 +52,15 @@ def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBa
     voltage and current are fitted along. Returns None where no voltage was measured, or the run does not tell
     resistance from back-EMF.
     """
-    voltage = window_means(ticks.voltage, TORQUE_KERNEL, windows)
+    voltage = window_means(ticks.voltage, windows.shape.torque, windows)
     known = np.isfinite(voltage)
     if np.count_nonzero(known) < _FEWEST:
         return None
     columns = (
-        window_means(ticks.current, TORQUE_KERNEL, windows),
-        window_means(ticks.angle, RATE_KERNEL, windows),
-        window_means(ticks.current, RATE_KERNEL, windows),
-        window_means(ticks.voltage, RATE_KERNEL, windows),
+        window_means(ticks.current, windows.shape.torque, windows),
+        window_means(ticks.angle, windows.shape.rate, windows),
+        window_means(ticks.current, windows.shape.rate, windows),
+        window_means(ticks.voltage, windows.shape.rate, windows),
         np.ones(len(windows)),
     )
     jacobian = np.stack([column[known] for column in columns], axis=1)

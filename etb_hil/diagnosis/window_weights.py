@@ -14,7 +14,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import unsettled
 from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import WINDOW, Windows, window_means
+from etb_hil.diagnosis.windows import Windows, window_means
 from etb_hil.recording.samples import Float64, Int64
 
 _LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
@@ -58,7 +58,7 @@ def kinds_of(ticks: Ticks, windows: Windows, parameters: Float64) -> Int64:
 
 def _bent(ticks: Ticks, windows: Windows, parameters: Float64) -> Float64:
     """Return the share (m) of sigma_0 by which bristles answer an error of the angle."""
-    return window_means(unsettled(ticks.angle, parameters), WINDOW, windows)
+    return window_means(unsettled(ticks.angle, parameters), windows.shape.mean, windows)
 
 
 def _kinds(bent: Float64) -> Int64:

@@ -2,7 +2,8 @@
 
 The equation of motion is multiplied by a smooth window and integrated by parts twice, so that the derivatives fall on
 the window (the modulating functions of Shinbrot 1957). What is measured and what a model says pass the same window:
-its width costs resolution and no bias, where a filtered peak is too low.
+its width costs resolution and no bias, where a filtered peak is too low. Noise of the angle falls with its power of
+2.5.
 """
 
 from __future__ import annotations
@@ -16,36 +17,46 @@ from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.recording.samples import Float64, Int64
 
-HALF_WIDTH = 8  # ticks: 17 ms in all, short against a dash's rise (75 ms) and fall (45 ms), which it would smear
 STRIDE = 4  # ticks from window to window: finer would repeat what overlapping windows already say
-_LENGTH = 2 * HALF_WIDTH + 1
 _PRESLIDING = 0.035  # rad after a turn in which bristles bend: the weakest elements of GMS by 5 % at 20 mrad still
 _TURNED = 1e-3  # rad back from the farthest angle: a step of a coarse plate track is 0.77 mrad
 _JITTER = 0.05  # share of a tick by which the distance of two ticks may be off: more means that samples are missing
 
 
-def _kernels() -> tuple[Float64, Float64, Float64, Float64]:
-    """Return the window, and the weights of torques and derivatives under it.
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """The shape of a window that reaches `half` ticks to both sides.
 
-    The derivatives are the first and the second; each array has 17 values.
+    Its weights (2 half + 1) are those of means, torques, rates (1/s) and accelerations (1/s^2).
     """
-    window = np.zeros(_LENGTH)
-    for j in range(-HALF_WIDTH + 1, HALF_WIDTH):
-        s = j / HALF_WIDTH
-        window[j + HALF_WIDTH] = (1.0 - s * s) * (1.0 - s * s) * (1.0 - s * s)
+
+    half: int
+    mean: Float64
+    torque: Float64
+    rate: Float64
+    acceleration: Float64
+
+
+def _shape(half: int) -> Shape:
+    window = np.zeros(2 * half + 1)
+    for j in range(-half + 1, half):
+        s = j / half
+        window[j + half] = (1.0 - s * s) * (1.0 - s * s) * (1.0 - s * s)
     total = 0.0
     for value in window:
         total += value
     window = window / total
-    before, after = np.zeros(_LENGTH), np.zeros(_LENGTH)
+    before, after = np.zeros(len(window)), np.zeros(len(window))
     before[1:], after[:-1] = window[:-1], window[1:]
     # A second difference of angles is the integral of the torque under a triangle: 1/6, 4/6, 1/6 for a torque that is
     # linear between ticks.
     torque = (before + 4.0 * window + after) / 6.0
-    return window, torque, (before - after) / (2.0 * TICK), (before - 2.0 * window + after) / (TICK * TICK)
+    rate, acceleration = (before - after) / (2.0 * TICK), (before - 2.0 * window + after) / (TICK * TICK)
+    return Shape(half, window, torque, rate, acceleration)
 
 
-WINDOW, TORQUE_KERNEL, RATE_KERNEL, ACCELERATION_KERNEL = _kernels()
+NARROW = _shape(8)  # 17 ms: short against a dash's rise (75 ms) and fall (45 ms), in which speeds would mix
+WIDE = _shape(16)  # for an angle whose noise would be most of what a narrow window says
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,19 +64,20 @@ class Windows:
     """Windows in order of time: `centre` (m), the index of each one's middle tick."""
 
     centre: Int64
+    shape: Shape = NARROW
 
     def __len__(self) -> int:
         return len(self.centre)
 
 
-def place_windows(ticks: Ticks, usable: Int64) -> Windows:
+def place_windows(ticks: Ticks, usable: Int64, shape: Shape = NARROW) -> Windows:
     """Lay windows over the runs of ticks (n) that are usable (1).
 
     The ticks of a run follow each other without a gap.
     """
     centre = np.empty(len(ticks), np.int64)
-    count = _place(ticks.time, usable, centre)
-    return Windows(centre[:count].copy())
+    count = _place(ticks.time, usable, shape.half, centre)
+    return Windows(centre[:count].copy(), shape)
 
 
 def sliding(ticks: Ticks, windows: Windows) -> NDArray[np.bool_]:
@@ -76,7 +88,8 @@ def sliding(ticks: Ticks, windows: Windows) -> NDArray[np.bool_]:
     way = np.empty(len(ticks))
     _way_since_turn(ticks.angle, way)
     bends = np.concatenate(([0], np.cumsum(way < _PRESLIDING)))
-    return bends[windows.centre + HALF_WIDTH + 1] == bends[windows.centre - HALF_WIDTH]
+    half = windows.shape.half
+    return bends[windows.centre + half + 1] == bends[windows.centre - half]
 
 
 @njit(cache=True, error_model="numpy")
@@ -104,7 +117,7 @@ def share_that_follows(ticks: Ticks) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _place(time: Float64, usable: Int64, centre: Int64) -> int:
+def _place(time: Float64, usable: Int64, half: int, centre: Int64) -> int:
     count, run, since_last = 0, 0, STRIDE
     for k in range(len(time)):
         follows = k > 0 and abs(time[k] - time[k - 1] - TICK) < _JITTER * TICK
@@ -112,10 +125,10 @@ def _place(time: Float64, usable: Int64, centre: Int64) -> int:
             run, since_last = (1 if usable[k] else 0), STRIDE
             continue
         run += 1
-        if run >= _LENGTH:
+        if run > 2 * half:
             since_last += 1
             if since_last >= STRIDE:
-                centre[count] = k - HALF_WIDTH
+                centre[count] = k - half
                 count, since_last = count + 1, 0
     return count
 
@@ -138,15 +151,15 @@ def bend(values: Float64, mean: float, single: float, samples: Float64) -> None:
 def windowed(values: Float64, kernel: Float64, centre: Int64, out: Float64) -> None:
     """Fill out (m) with the weighted sums of values (n) about windows' centres (m)."""
     for k in range(len(centre)):
-        first = centre[k] - HALF_WIDTH
+        first = centre[k] - len(kernel) // 2
         total = 0.0
-        for j in range(_LENGTH):
+        for j in range(len(kernel)):
             total += kernel[j] * values[first + j]
         out[k] = total
 
 
 def window_means(values: Float64, kernel: Float64, windows: Windows) -> Float64:
-    """Return what a kernel (17) makes of values (n) in every window (m)."""
+    """Return what a kernel of the windows' shape makes of values (n) in each (m)."""
     out = np.empty(len(windows))
     windowed(values, kernel, windows.centre, out)
     return out
