@@ -28,11 +28,11 @@ import numba
 import numpy as np
 from numba.core.base import BaseContext
 from numba.core.caching import _Cache
-from numba.core.codegen import CPUCodegen
+from numba.core.codegen import CPUCodegen, CPUCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
 from numba.core.environment import Environment, lookup_environment
-from numba.core.runtime import rtsys
+from numba.core.runtime import nrtdynmod, rtsys
 from numba.core.serialize import dumps
 from numba.core.types import Type
 from numba.core.typing.templates import Signature
@@ -49,6 +49,7 @@ Types: TypeAlias = Signature | tuple[Type, ...]
 LOG = logging.getLogger(__name__)  # one record at level INFO for each function that has to be compiled
 
 _FORMAT = 3  # of a file's content
+_RUNTIME = "numba.runtime"  # its file
 _HASH = 16  # hexadecimal digits of a hash in a name: 64 bits
 _CHECKSUM = hashlib.sha256().digest_size
 
@@ -138,13 +139,13 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
 
         Then numba compiles it. Of several processes that need it, one compiles it and the others wait.
         """
-        rtsys.initialize(target_context)  # it counts references of arrays, and all machine code calls it
+        _start_runtime(target_context)
         name = f"{_environment(target_context.codegen())}/{self._file(signature)}"
-        content = self._kept(name)
+        content = _kept(name) if self._is_enabled else None
         if content is None and self._is_enabled and self._claim is None:
             claim = Claim(folders()[0] / self._file(signature))
             claim.take((folders()[0] / name).exists)
-            content = self._kept(name)
+            content = _kept(name)
             if content is None:
                 self._claim = claim
             else:
@@ -153,13 +154,6 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
             return _unpacked(target_context, content)
         _load_numba(target_context)
         LOG.info("compiling %s", self._name)
-        return None
-
-    def _kept(self, name: str) -> bytes | None:
-        for folder in folders() if self._is_enabled else ():
-            content = _read(folder / name)
-            if content is not None:
-                return content
         return None
 
     def give_up(self) -> None:
@@ -178,22 +172,40 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
     def _save(self, signature: Types, result: CompileResult) -> None:
         if not self._is_enabled or result.lifted or result.library.has_dynamic_globals:
             return
-        content = _packed(result)
         environment, name = _environment(result.codegen), self._file(signature)
-        for folder in folders():
-            with contextlib.suppress(OSError):  # read-only, or full
-                if not (folder / environment).is_dir():
-                    (folder / environment).mkdir(parents=True, exist_ok=True)
-                    _drop_other_versions(folder, environment)
-                _write(folder / environment / name, content)
-                code = name.rpartition("-")[0]
-                siblings = (folder / environment).glob(f"{self._name}-*")
-                _delete(path for path in siblings if not path.name.startswith(code))
-                return
+        folder = _keep(environment, name, _packed(result))
+        if folder is not None:
+            code = name.rpartition("-")[0]
+            siblings = (folder / environment).glob(f"{self._name}-*")
+            _delete(path for path in siblings if not path.name.startswith(code))
 
     def _file(self, signature: Types) -> str:
         types = [type_fingerprint(one) for one in getattr(signature, "args", signature)]
         return f"{self._name}-{fingerprint(self._function)[:_HASH]}-{_hash(repr((types, self._options)))}"
+
+
+def _start_runtime(target_context: BaseContext) -> None:
+    """Start what counts references of arrays, which all machine code calls.
+
+    Compiling it takes LLVM's optimiser: a twentieth of a second and 25 MB, which a warm process needs for nothing else.
+    """
+    nrtdynmod.compile_nrt_functions = _runtime
+    rtsys.initialize(target_context)
+
+
+def _runtime(target_context: BaseContext) -> CPUCodeLibrary:
+    """Return numba's runtime, as `nrtdynmod.compile_nrt_functions` does."""
+    codegen = target_context.codegen()
+    environment = _environment(codegen)
+    content = _kept(f"{environment}/{_RUNTIME}")
+    if content is not None:
+        return codegen.unserialize_library(pickle.loads(content))  # noqa: S301 (our own file, as all machine code)
+    module, library = nrtdynmod.create_nrt_module(target_context)
+    library.enable_object_caching()
+    library.add_ir_module(module)
+    library.finalize()
+    _keep(environment, _RUNTIME, pickle.dumps(library.serialize_using_object_code()))
+    return library
 
 
 def _packed(result: CompileResult) -> bytes:
@@ -277,6 +289,23 @@ def _drop_other_versions(folder: Path, environment: str) -> None:
             with contextlib.suppress(OSError):
                 other.rmdir()
     _delete(PACKAGE.rglob("__pycache__/*.nb[ic]"))
+
+
+def _kept(name: str) -> bytes | None:
+    """Return the content of a file in the first folder that has it."""
+    return next((content for folder in folders() if (content := _read(folder / name)) is not None), None)
+
+
+def _keep(environment: str, name: str, content: bytes) -> Path | None:
+    """Write a file in the first folder that takes it; return the folder."""
+    for folder in folders():
+        with contextlib.suppress(OSError):  # read-only, or full
+            if not (folder / environment).is_dir():
+                (folder / environment).mkdir(parents=True, exist_ok=True)
+                _drop_other_versions(folder, environment)
+            _write(folder / environment / name, content)
+            return folder
+    return None
 
 
 def _read(path: Path) -> bytes | None:
