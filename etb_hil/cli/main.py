@@ -44,9 +44,9 @@ COMMANDS = {
     "completion": "print what a shell has to read so that Tab completes commands, options and names",
 }
 
-# Imports and compiling make objects that stay, and the collector of cycles walks them again and again. With this
-# threshold (Python's is 700) `run` takes 4 % less time and 1 MB more (`benchmarks/where_users_wait.py`).
-_COLLECTOR = (50_000, 20, 20)
+# Imports make objects that stay, 180,000 of them in `run`, and the collector of cycles would walk all of them in vain.
+# Python's threshold is 700 (`benchmarks/where_users_wait.py`).
+_COLLECTOR = (200_000, 20, 20)
 
 # commands whose exit code is their answer, whether or not anybody gets to read the text
 _JUDGING = {"run", "replay", "explain", "check", "station"}
@@ -88,6 +88,7 @@ def _process() -> int:
     # A KeyboardInterrupt that passed through `exec` of a text, caught since or not, makes `python -m` end by SIGINT
     # (130) whatever is returned here. The next `exec` forgets it.
     exec("")  # noqa: S102
+    gc.freeze()  # Python would look for cycles among all objects once more, a tenth of a second, before it ends
     return _lost_output(code, words)
 
 
