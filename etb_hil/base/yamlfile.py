@@ -54,7 +54,7 @@ class FileModel(BaseModel):
     Unknown keys are refused, values cannot change after reading.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 @dataclass(frozen=True, slots=True)

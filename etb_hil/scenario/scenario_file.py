@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     Entry = Phase | Group
 else:
     Entry = Annotated[PhaseModel | Group, AnyPhase(Group)]
-Group.model_rebuild()
 
 
 @dataclass(frozen=True, slots=True)
