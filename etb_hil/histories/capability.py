@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from scipy.special import chdtri
 
 from etb_hil.histories.control_chart import ControlChart
 from etb_hil.histories.distribution import Distribution
@@ -115,6 +114,8 @@ def _bissell(value: float, unsure: float, count: int, freedom: float) -> Index:
 
 
 def _width(value: float, freedom: float) -> Index:
+    from scipy.special import chdtri  # noqa: PLC0415 (a tenth of a second, which few runs need)
+
     low, high = (math.sqrt(float(chdtri(freedom, beyond)) / freedom) for beyond in (0.975, 0.025))
     return Index(value, value * low, value * high)
 

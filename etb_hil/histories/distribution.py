@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import betainc, gammainc, gammaincinv, gammaln
 
 from etb_hil.histories.control_chart import FEWEST
 from etb_hil.histories.rounding import scatters
@@ -21,8 +20,6 @@ ENOUGH = 2731
 _MOST_TESTED = 5000  # values, for which Royston (1995) gives the p-value of Shapiro and Wilk's test
 _QUANTILES = np.array([0.00135, 0.5, 0.99, 0.99865])  # those of 3 sigma, the median, and that of the tolerance limit
 _REPLICATES = 300
-_SHAPES = np.geomspace(0.05, 2e4, 600)  # of a gamma distribution; the last is normal for all that 3 sigma shows
-_SKEWS = 6.0 * betainc(_SHAPES, 2.0 * _SHAPES, 1.0 / 3.0) - 3.0  # their L-skewness (Hosking and Wallis 1997, A.9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,60 +93,17 @@ def _pearson(values: Float64, rejected: dict[str, float], *, is_tested: bool = F
 
     The distribution has the p-value of its own test where it `is_tested`.
     """
-    fitted = _Pearson.of(values[None, :])
+    from etb_hil.histories.pearson import Pearson  # noqa: PLC0415 (a tenth of a second, which few runs need)
+
+    fitted = Pearson.of(values[None, :])
     draws = np.random.default_rng(len(values)).standard_gamma(fitted.shape[0], (_REPLICATES, len(values)))
     samples = fitted.mean[0] + fitted.scale[0] * (draws - fitted.shape[0])
-    refitted = _Pearson.of(samples)
+    refitted = Pearson.of(samples)
     p = None
     if is_tested:
         p = float(np.mean(refitted.distance(samples) >= fitted.distance(values[None, :])[0]))
-    low, median, most, high = fitted.quantiles()[0].tolist()
-    return Distribution(PEARSON, p, rejected, len(values), low, median, most, high, refitted.quantiles())
-
-
-@dataclass(frozen=True, slots=True)
-class _Pearson:
-    """Pearson type III distributions (k): mean, shape and scale of a gamma.
-
-    A scale below zero skews to the left.
-    """
-
-    mean: Float64
-    shape: Float64
-    scale: Float64
-
-    @classmethod
-    def of(cls, samples: Float64) -> _Pearson:
-        """Return the distributions of samples (k, n) by L-moments (Hosking 1990)."""
-        count = samples.shape[1]
-        place = np.arange(count)
-        ordered = np.sort(samples, axis=1)
-        b0, b1 = ordered.mean(axis=1), (ordered * (place / (count - 1))).mean(axis=1)
-        b2 = (ordered * (place * (place - 1) / ((count - 1) * (count - 2)))).mean(axis=1)
-        width = 2.0 * b1 - b0
-        skew = (6.0 * b2 - 6.0 * b1 + b0) / width
-        shape = np.exp(np.interp(-np.abs(skew), -_SKEWS, np.log(_SHAPES)))
-        scale = np.sqrt(np.pi) * width * np.exp(gammaln(shape) - gammaln(shape + 0.5))
-        return cls(b0, shape, np.where(skew < 0.0, -scale, scale))
-
-    def quantiles(self) -> Float64:
-        """Return `_QUANTILES` (k, 4)."""
-        mean, shape, scale = (each[:, None] for each in (self.mean, self.shape, self.scale))
-        share = np.where(scale > 0.0, _QUANTILES, 1.0 - _QUANTILES)
-        found: Float64 = mean + scale * (gammaincinv(shape, share) - shape)
-        return found
-
-    def distance(self, samples: Float64) -> Float64:
-        """Return the Cramer-von Mises distance (k) of samples (k, n).
-
-        The distance is that from their distributions.
-        """
-        mean, shape, scale = (each[:, None] for each in (self.mean, self.shape, self.scale))
-        below = gammainc(shape, np.maximum(shape + (samples - mean) / scale, 0.0))
-        share = np.sort(np.where(scale > 0.0, below, 1.0 - below), axis=1)
-        count = samples.shape[1]
-        apart: Float64 = ((share - (np.arange(count) + 0.5) / count) ** 2).sum(axis=1)
-        return apart
+    low, median, most, high = fitted.quantiles(_QUANTILES)[0].tolist()
+    return Distribution(PEARSON, p, rejected, len(values), low, median, most, high, refitted.quantiles(_QUANTILES))
 
 
 def _empirical(values: Float64, rejected: dict[str, float]) -> Distribution:

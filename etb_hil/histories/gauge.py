@@ -12,7 +12,6 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import fdtrc
 
 from etb_hil.histories.rounding import without_rounding
 from etb_hil.recording.samples import Float64, Int64
@@ -161,6 +160,8 @@ def gauge_study(values: Float64) -> GaugeStudy:
 def _tested(row: AnovaRow, against: AnovaRow) -> AnovaRow:
     if against.mean_square == 0.0:
         return row
+    from scipy.special import fdtrc  # noqa: PLC0415 (a tenth of a second, which few runs need)
+
     ratio = row.mean_square / against.mean_square
     return AnovaRow(row.source, row.freedom, row.squares, ratio, float(fdtrc(row.freedom, against.freedom, ratio)))
 

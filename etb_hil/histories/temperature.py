@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
 from etb_hil.histories.tolerance import change_limit
@@ -89,6 +88,8 @@ class UnitLaws:
         count = int(np.count_nonzero(kept))
         if count < FEWEST:
             return None
+        from scipy.special import stdtrit  # noqa: PLC0415 (a tenth of a second, which few runs need)
+
         weight, slope = self.weight[kept], self.slope[kept]
         whole = float(weight.sum())
         middle = float((weight * slope).sum()) / whole
