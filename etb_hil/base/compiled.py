@@ -17,7 +17,7 @@ import logging
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar
@@ -63,16 +63,36 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
     """
 
     def compiled(function: Function) -> Function:
-        # Ours are called from Python and from each other; an address, which needs one more wrapper, nobody takes.
-        dispatcher = numba.njit(no_cfunc_wrapper=True, **options)(function)
+        dispatcher = _dispatcher(function, options, cache=cache)
         if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
-            code = _MachineCode(dispatcher) if cache else None
-            _remember_failures(dispatcher._compiler, code)  # noqa: SLF001 (numba has no other way in)
-            if cache:
-                dispatcher._cache = code  # noqa: SLF001 (as its `enable_caching` does)
+            inner = functools.cache(functools.partial(_without_wrapper, dispatcher, options, cache=cache))
+            dispatcher.get_call_template = lambda *types: inner().get_call_template(*types)
+            dispatcher.get_overload = lambda signature: inner().get_overload(signature)
         return dispatcher
 
     return compiled
+
+
+def _dispatcher(function: Function, options: Mapping[str, object], *, cache: bool) -> Function:
+    """Return numba's compiler of a function for its types of arguments."""
+    # An address, which needs one more wrapper, nobody takes.
+    dispatcher = numba.njit(no_cfunc_wrapper=True, **options)(function)
+    if isinstance(dispatcher, Dispatcher):
+        code = _MachineCode(dispatcher) if cache else None
+        _remember_failures(dispatcher._compiler, code)  # noqa: SLF001 (numba has no other way in)
+        if cache:
+            dispatcher._cache = code  # noqa: SLF001 (as its `enable_caching` does)
+    return dispatcher
+
+
+def _without_wrapper(dispatcher: Any, options: Mapping[str, object], *, cache: bool) -> Any:  # noqa: ANN401
+    """Return the compiler for calls of a function from compiled code.
+
+    The wrapper for calls from Python is a seventh of the time of compiling, and hardly one function of ours needs both.
+    """
+    inner: Any = _dispatcher(dispatcher.py_func, {**options, "no_cpython_wrapper": True}, cache=cache)
+    inner._compiling_counter = dispatcher._compiling_counter  # noqa: SLF001 (by it numba knows a recursive call)
+    return inner
 
 
 def _remember_failures(compiler: Any, code: _MachineCode | None) -> None:  # noqa: ANN401 (numba has no types)
@@ -216,8 +236,10 @@ def _packed(result: CompileResult) -> bytes:
     Last come the names of the functions that the machine code calls and does not hold.
     """
     (name, kind, (machine_code, llvm_code)), *others = result._reduce()  # noqa: SLF001 (as numba's cache does)
-    stub = llvm.parse_assembly(f'define void @"{result.fndesc.llvm_cpython_wrapper_name}"() {{ ret void }}')
-    functions = llvm.parse_bitcode(llvm_code).functions
+    functions = list(result.library._get_module_for_linking().functions)  # noqa: SLF001 (likewise)
+    wrapper = result.fndesc.llvm_cpython_wrapper_name
+    is_wrapped = any(one.name == wrapper for one in functions)
+    stub = llvm.parse_assembly(f'define void @"{wrapper}"() {{ ret void }}' if is_wrapped else "")
     called = [one.name for one in functions if one.is_declaration and not one.name.startswith("llvm.")]
     return bytes(dumps(((name, kind, (machine_code, stub.as_bitcode())), *others, llvm_code, called)))
 
