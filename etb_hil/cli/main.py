@@ -16,6 +16,7 @@ from types import FrameType
 from typing import NoReturn
 
 from etb_hil import __version__
+from etb_hil.base.collector import collect_rarely
 from etb_hil.base.lean_imports import keep_imports_lean
 from etb_hil.base.output import Output, use_safe_streams
 from etb_hil.cli.compiling import announce_compiling
@@ -44,10 +45,6 @@ COMMANDS = {
     "completion": "print what a shell has to read so that Tab completes commands, options and names",
 }
 
-# Imports make objects that stay, 180,000 of them in `run`, and the collector of cycles would walk all of them in vain.
-# Python's threshold is 700 (`benchmarks/where_users_wait.py`).
-_COLLECTOR = (200_000, 20, 20)
-
 # commands whose exit code is their answer, whether or not anybody gets to read the text
 _JUDGING = {"run", "replay", "explain", "check", "station"}
 
@@ -67,7 +64,7 @@ def _process() -> int:
     """Run the command of this process, whose streams, warnings and signals are ours."""
     # Before NumPy is loaded: its BLAS starts a thread a core, which spin between small products beside our own threads.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(*_COLLECTOR)
+    collect_rarely()
     _open_standard_streams()
     use_safe_streams()
     keep_imports_lean()
