@@ -16,10 +16,12 @@ from pydantic import Field, GetCoreSchemaHandler, TypeAdapter
 from etb_hil.base.modes import Mode
 from etb_hil.base.plugins import Part, parts, when_changed
 from etb_hil.diagnosis.phase_use import Use
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario import kinds
 from etb_hil.scenario.phase import NAME, PhaseModel
 from etb_hil.scenario.trajectory import Chain, Held, Motion, Released, SetPoint, Steps, Trajectory
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 
 @cache

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
 from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import Angle
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.phase import PhaseModel, PositiveAngle, PositiveSpeed, PositiveTime
 from etb_hil.scenario.trajectory import Chain, Held, SetPoint, Trajectory, move
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 REST_S = 0.1  # at the centre, before a sine begins
 

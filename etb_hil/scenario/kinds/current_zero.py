@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from etb_hil.diagnosis.phase_use import Use
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.phase import PhaseModel, PositiveTime
 from etb_hil.scenario.trajectory import Released, Trajectory
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 
 class CurrentZeroPhase(PhaseModel):

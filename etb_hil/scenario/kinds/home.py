@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.phase import PhaseModel, PositiveAngle, PositiveSpeed, PositiveTime
 from etb_hil.scenario.trajectory import Chain, Held, Released, Trajectory, move
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 PRESS_S = 0.3  # how long homing presses on a stop
 

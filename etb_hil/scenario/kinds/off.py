@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.phase import PhaseModel, PositiveTime
 from etb_hil.scenario.trajectory import Released, Trajectory
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 
 class OffPhase(PhaseModel):

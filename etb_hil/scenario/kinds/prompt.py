@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.phase import PhaseModel, PositiveTime
 from etb_hil.scenario.trajectory import Released, Trajectory
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 LONGEST_TEXT = 200  # characters that an operator enters
 Answer = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ,.%-]{0,39}$")]

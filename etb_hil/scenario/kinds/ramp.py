@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from etb_hil.diagnosis.phase_use import Use
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.phase import Between, PhaseModel, PositiveSpeed, Repeat, Speeds
 from etb_hil.scenario.trajectory import Chain, Trajectory, move
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 
 class RampPhase(PhaseModel):

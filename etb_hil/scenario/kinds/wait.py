@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.condition import Until
 from etb_hil.scenario.phase import PhaseModel, PositiveTime
 from etb_hil.scenario.trajectory import Held, Released, Trajectory
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
 
 
 class WaitPhase(PhaseModel):
