@@ -88,7 +88,7 @@ def _dispatcher(function: Function, options: Mapping[str, object], *, cache: boo
 def _without_wrapper(dispatcher: Any, options: Mapping[str, object], *, cache: bool) -> Any:  # noqa: ANN401
     """Return the compiler for calls of a function from compiled code.
 
-    The wrapper for calls from Python is a seventh of the time of compiling, and hardly one function of ours needs both.
+    The wrapper for calls from Python takes time to compile, and hardly one function of ours needs both.
     """
     inner: Any = _dispatcher(dispatcher.py_func, {**options, "no_cpython_wrapper": True}, cache=cache)
     inner._compiling_counter = dispatcher._compiling_counter  # noqa: SLF001 (by it numba knows a recursive call)
