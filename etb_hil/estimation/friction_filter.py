@@ -4,7 +4,8 @@ The filter adapts its own parameters.
 
 State and parameters are those of `motion`, the current is the input and the plate angle the measurement. The torque
 constant is the unit that friction is measured in: whoever scales motor, springs, inertia and friction equally sees the
-same motion. So it is known as well as springs and inertia are, and follows with care: friction of another law pulls it.
+same motion. So it is known as well as springs and inertia are. All of them follow with care: friction of another law
+pulls them.
 
 What the equations lack is process noise: a disturbance torque (Ornstein-Uhlenbeck), a friction level that wanders along
 the way, and bristles that differ from LuGre's while they bend. All three grow while the mean innovation is larger than
@@ -20,7 +21,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.estimation.kept import keep, take_back
 from etb_hil.estimation.motion import (
     ADAPTED,
-    AT_CONSTANT,
+    AT_INERTIA,
     AT_PRELOAD_OPEN,
     AT_STIFFNESS,
     AT_STRIBECK,
@@ -93,7 +94,7 @@ _LIMP_S = 3e-3  # s, longest that one error of the springs at limp-home lasts
 _FOREIGN, _FOREIGN_WANDERS = 60.0, 10.0
 _KEEPS_S = 0.05  # s between copies of the parameters; a wrong current is seen in 5 to 20 ms
 _ABSORBED = 0.1  # of T_st: a larger disturbance torque is a wrong reading that the filter has taken for one
-_CAREFUL = 0.3  # share of a correction that the torque constant follows, as Brink's partial update (2017)
+_CAREFUL = 0.5  # share of a correction that motor, springs and inertia follow (partial update; Brink 2017)
 _OUTLIER, _LOST = 5.0, 8.0  # innovations in standard deviations: weighted down, and opening the covariance
 _FASTEST_UNSEEN = 10.0  # rad/s, standard deviation of a velocity that nobody measured
 _SURE, _SETTLES_S = 0.05, 0.05  # share of T_st, below which a standard deviation ends the settling; s, its longest
@@ -251,7 +252,7 @@ def _correct(
         gain = v[m] * per
         for k in range(n if m < adapted else adapted):
             cov[m, k] -= gain * v[k]
-        if m == AT_CONSTANT and adapted == n:
+        if m >= AT_INERTIA and adapted == n:
             cov[m, m] += gain * v[m] * (1.0 - _CAREFUL) ** 2
             gain *= _CAREFUL
         if m >= adapted:
