@@ -41,6 +41,8 @@ _BEGUN_AGAIN = 0.1
 # coarse_encoder`).
 _LARGE = 3.0
 _LED = 3  # steps after which a fit that few samples led there is the likelier one, or is given up
+# Multiple of the least disturbances below which smaller ones change nothing: a tenth of what sensors can show.
+_UNSEEN = 100.0
 # Places of each stop that are tried over its tolerance: before it is met, no slope leads there.
 _STOPS_TRIED = 6
 
@@ -68,7 +70,7 @@ def _likelier_elsewhere(record: Record, fit: Fitted, aim: float) -> Fitted:
     These stand for what is missing. The fit begins again with a large disturbance in place of the noise, with smaller
     disturbances, or as stated with small ones: that fit is the better one where it needs no large torque.
     """
-    end = _on_few(record, fit)
+    end = _led_by_few(record, fit)
     if max(end.fit.disturbance.noise[:-1]) > math.exp(NOISE_DEVIATION):
         end = end.likelier_from(end.fit.parameters, first_disturbance(end.fit.parameters), aim)
     while _is_large(end.fit, _LARGE):
@@ -95,7 +97,7 @@ def _gains(found: Fitted, fit: Fitted, aim: float) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class _OnFew:
+class OnFew:
     """A fit, and as few of the samples have it.
 
     They tell first whether another start leads to a likelier one. `fit`: of the whole `record`; `here`: that of `few`
@@ -107,45 +109,61 @@ class _OnFew:
     few: Record
     here: Fitted
 
+    @classmethod
+    def near(cls, record: Record, fit: Fitted) -> OnFew:
+        """Return a fit with that of few of the samples near it."""
+        few = record.few
+        return cls(record, fit, few, climbed(few, begun(few, fit.parameters, fit.unknowns, fit.disturbance)))
+
     def likelier_from(
-        self, parameters: Float64, disturbance: Disturbance, aim: float, most_torque: float = np.inf
-    ) -> _OnFew:
+        self,
+        parameters: Float64,
+        disturbance: Disturbance,
+        aim: float,
+        most_torque: float = np.inf,
+        held: Unknown | None = None,
+    ) -> OnFew:
         """Return the fit, or a likelier one from another start.
 
-        `aim`: as in `climbed`. `most_torque`: what the other fit needs at most, in N·m.
+        `aim`: as in `climbed`. `most_torque`: what the other fit needs at most, in N·m. `held`: an unknown that is held
+        at first, where all others would take it back.
         """
         unknowns, reached = self.fit.unknowns, self.here.posterior
-        there = climbed(self.few, begun(self.few, parameters, unknowns, disturbance))
+        if held is not None:
+            others = [one for one in unknowns if one is not held]
+            first = climbed(self.few, begun(self.few, parameters, others, disturbance), aim=reached)
+            parameters, disturbance = first.parameters, first.disturbance
+        there = climbed(self.few, begun(self.few, parameters, unknowns, disturbance), aim=reached)
         if there.posterior < reached + SETTLED or there.disturbance.torque > most_torque:
             return self
         start = begun(self.record, there.parameters, unknowns, there.disturbance)
         found = climbed(self.record, start, aim=max(aim, self.fit.posterior))
         if found.posterior <= self.fit.posterior or found.disturbance.torque > most_torque:
             return self
-        return _OnFew(self.record, found, self.few, there)
+        return OnFew(self.record, found, self.few, there)
 
 
-def _on_few(record: Record, fit: Fitted) -> _OnFew:
-    """Return a fit with the one that few of the samples have near it.
+def _led_by_few(record: Record, fit: Fitted) -> OnFew:
+    """Return a fit with that of few of the samples near it.
 
     Where they gain more by it than by chance, they may lead all samples to where those are likelier, too.
     """
-    few = record.few
+    end = OnFew.near(record, fit)
+    few, here = end.few, end.here
     # A quarter of the samples gains 3/8 nats a parameter by chance: the expectation of half a chi-square.
     begin = begun(few, fit.parameters, fit.unknowns, fit.disturbance)
-    here = climbed(few, begin)
     if here.posterior > begin.posterior + len(fit.unknowns) + VARIANCES:
         led = climbed(record, begun(record, here.parameters, fit.unknowns, here.disturbance), _LED)
         if led.posterior > fit.posterior:
-            fit = climbed(record, led)
-    return _OnFew(record, fit, few, here)
+            return replace(end, fit=climbed(record, led))
+    return end
 
 
 def _lower(fit: Fitted) -> Disturbance:
-    """Return disturbances a step lower, where they are not at their least."""
+    """Return disturbances a step lower, where sensors could show that."""
     step = math.sqrt(AT_ONCE)
     torque, voltage = (
-        max(one / step, least)
+        max(one / step, least) if one > _UNSEEN * least else one
         for one, least in zip((fit.disturbance.torque, fit.disturbance.voltage), least_disturbances(fit), strict=True)
     )
     return replace(fit.disturbance, torque=torque, voltage=voltage)

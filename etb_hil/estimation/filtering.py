@@ -176,8 +176,8 @@ def _run(
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
-        record.added(forces.LEVEL, p), readings, later, lasts, p, active, settings, is_kept, states, whitened,
-        roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
+        record.added(forces.LEVEL, p), readings, later, lasts, p, active[forces.ADDS[active]], settings, is_kept,
+        states, whitened, roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
     )  # fmt: skip
     # The density of the readings themselves, so that models with a lag and without one can be compared.
     likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots, axis=0) @ np.log1p(-keeps)

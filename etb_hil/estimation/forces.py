@@ -201,6 +201,8 @@ _AT_STATE = (
     Port.CURRENT_SCALE, Port.CURRENT_ZERO, Port.ENCODER_ANGLE, Port.PLATE_READING, Port.PLATE_LEAD,
 )  # fmt: skip
 READS = np.array([terms.acts_at(*_AT_STATE) for terms in _TERMS], np.bool_)
+# Whether each effect adds anything at a state: one that makes readings late alone adds nothing.
+ADDS = np.array([terms.acts_at(*_FINE, *_FRICTION, Port.PLATE_LEAD) for terms in _TERMS], np.bool_)
 
 
 def base_of(index: int) -> frozenset[int]:

@@ -24,7 +24,7 @@ from etb_hil.recording.samples import Float64, Int64
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Where the fit of a hypothesis begins, with its linear evidence in nats.
+    """Where the fit of a hypothesis begins, with its linear evidence over the model before, in nats.
 
     `origin`: the fitted model in the hypothesis' shape, from which the linear step goes; `parameters` themselves where
     no such step leads to them.
@@ -51,19 +51,20 @@ def ranked(
         groups += [number] * len(its)
     normal = sensitivities(record, fit.filtered, columns, groups=groups)
     own = np.arange(count)
+    _, without = _solved(normal, own, fit.parameters, fit.unknowns)
     best: dict[str, Start] = {}
     for number, one in enumerate(candidates):
         at = np.flatnonzero(np.equal(groups, number))
         unknowns = [*fit.unknowns, *one.unknowns()]
         moved, evidence = _solved(normal, np.concatenate([own, at]), one.parameters, unknowns)
-        if one.id not in best or evidence > best[one.id].evidence:
+        if one.id not in best or evidence - without > best[one.id].evidence:
             at_end = _put(one.at(moved[count:]), fit.unknowns, moved)
-            best[one.id] = Start((one.id,), one.parameters, at_end, evidence)
+            best[one.id] = Start((one.id,), one.parameters, at_end, evidence - without)
     found = list(best.values())
     for ids in sets:
         unknowns = freed(fit.unknowns, [id_.removeprefix(PARAMETER) for id_ in ids])
         moved, evidence = _solved(normal, own, fit.parameters, unknowns)
-        found.append(Start(ids, fit.parameters, _put(fit.parameters.copy(), unknowns, moved), evidence))
+        found.append(Start(ids, fit.parameters, _put(fit.parameters.copy(), unknowns, moved), evidence - without))
     return sorted(found, key=lambda one: -one.evidence)
 
 

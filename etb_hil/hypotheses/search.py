@@ -260,7 +260,7 @@ def stepped(
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
     starts = [from_elsewhere(record, before, start, effects) for start in ranked(record, before, known, sets)]
-    starts = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
+    starts = _begun_from(starts)
     if share < NEEDED:
         # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
         # one, the others need no fit.
@@ -268,6 +268,15 @@ def stepped(
         if step is None or not step.is_material:
             return step
     return _decided(before, _fitted_from(record, before, starts, effects), share)
+
+
+def _begun_from(starts: Sequence[Start]) -> list[Start]:
+    """Return the starts whose fits are begun, the likeliest first.
+
+    They have enough of the linear evidence of the likeliest one, or are among the likeliest of all.
+    """
+    found = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
+    return [one for k, one in enumerate(found) if k < LIKELIEST or one.evidence > HOPELESS * found[0].evidence]
 
 
 def _fitted_from(

@@ -8,8 +8,8 @@ from itertools import product
 import numpy as np
 
 from etb_hil.estimation import forces
-from etb_hil.estimation.calibration import first_disturbance, settled
-from etb_hil.estimation.climbing import Fitted, begun, climbed
+from etb_hil.estimation.calibration import OnFew, first_disturbance, settled
+from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.prior import over
 from etb_hil.estimation.record import Record
@@ -63,20 +63,20 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
     """Return a start at strengths to which no slope leads, where it is likelier.
 
     It is likelier under the disturbances of a first fit, or else of the fit before. Combinations of strengths are tried
-    where one alone is likelier, those that are about as late.
+    where one alone is likelier, those that are about as late. The base model is as fitted or as stated.
     """
-    origins = start.origin, as_stated(start.origin, before.unknowns)
     places = [effect.indices[k] for k in effect.strengths]
     alone, together = list[Float64](), list[Float64]()
     for values in product(*((0.0, *effect.parameters[k].elsewhere) for k in effect.strengths)):
-        for origin in origins if any(values) else ():
-            p = origin.copy()
+        if any(values):
+            p = start.origin.copy()
             p[places] = values
             (alone if np.count_nonzero(values) == 1 else together).append(p)
     if not alone:
         return start
     some = record.few
-    p = first = _likeliest(some, alone[0], alone[1:])
+    p = _likeliest(some, alone[0], alone[1:])
+    p = first = _likeliest(some, p, [as_stated(p, before.unknowns)])
     if _first_likelihood(some, first) > _first_likelihood(some, start.parameters):
         late = forces.lateness(p).sum(axis=1)
         near = [q for q in together if np.all(abs(forces.lateness(q).sum(axis=1) - late) <= _AROUND * late)]
@@ -86,45 +86,34 @@ def _strength_elsewhere(record: Record, before: Fitted, start: Start, effect: Ef
         if gain > 0.0:
             return start
     gain = _gain(record, before, first, before.disturbance)
-    return Start(start.ids, origins[0], first, max(start.evidence, gain)) if gain > 0.0 else start
+    return Start(start.ids, start.origin, first, max(start.evidence, gain)) if gain > 0.0 else start
 
 
 def likelier(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> Fitted:
-    """Return a fit, or a likelier one from starts to which no slope leads."""
-    best = fit
-    for one in fit.unknowns:
-        if one.effect is None or one.effect.id not in ids:
-            continue
-        stated = one.effect.stated[one.effect.stated_indices.index(one.place)]
-        for value in () if stated.is_strength else stated.elsewhere:
-            p = best.parameters.copy()
-            p[one.place] = value
-            if filtered(record, p, best.disturbance).log_likelihood == best.filtered.log_likelihood:
-                continue  # the record does not go there
-            found = climbed(record, begun(record, p, best.unknowns, best.disturbance), aim=max(aim, best.posterior))
-            best = max(best, found, key=lambda each: each.posterior)
-        reached = -np.inf
-        while best.posterior > reached + GAIN and misfit(best) > NOTHING:
-            reached = best.posterior
-            for p in _across_samples(record, best.parameters, one):
-                best = _others_first(record, best, one, p, aim)
-            for p in _across_a_ridge(best, one) if stated.is_strength else ():
-                best = _others_first(record, best, one, p, max(aim, best.posterior), least=best.posterior)
-    return best if best is fit else settled(record, best, aim)
+    """Return a fit, or a likelier one from starts to which no slope leads.
 
-
-def _others_first(
-    record: Record, best: Fitted, one: Unknown, parameters: Float64, aim: float, least: float = -np.inf
-) -> Fitted:
-    """Return a fit, or a likelier one from where one unknown is held at first.
-
-    Else all others would take it back. The fit ends there where it is not likelier than `least`.
+    Few of the samples try them first.
     """
-    others = [each for each in best.unknowns if each is not one]
-    fit = climbed(record, begun(record, parameters, others, best.disturbance), aim=least)
-    if fit.posterior > least:
-        fit = climbed(record, begun(record, fit.parameters, best.unknowns, fit.disturbance), aim=aim)
-    return max(best, fit, key=lambda each: each.posterior)
+    own = [(one, one.effect) for one in fit.unknowns if one.effect is not None and one.effect.id in ids]
+    if not own:
+        return fit
+    best = OnFew.near(record, fit)
+    for one, effect in own:
+        stated = effect.stated[effect.stated_indices.index(one.place)]
+        for value in () if stated.is_strength else stated.elsewhere:
+            p = best.fit.parameters.copy()
+            p[one.place] = value
+            if filtered(record, p, best.fit.disturbance).log_likelihood == best.fit.filtered.log_likelihood:
+                continue  # the record does not go there
+            best = best.likelier_from(p, best.fit.disturbance, aim)
+        reached = -np.inf
+        while best.fit.posterior > reached + GAIN and misfit(best.fit) > NOTHING:
+            reached = best.fit.posterior
+            others = _across_samples(record, best.fit.parameters, one)
+            others += _across_a_ridge(best.fit, one) if stated.is_strength else []
+            for p in others:
+                best = best.likelier_from(p, best.fit.disturbance, aim, held=one)
+    return fit if best.fit is fit else settled(record, best.fit, aim)
 
 
 def _across_samples(record: Record, parameters: Float64, unknown: Unknown) -> list[Float64]:

@@ -133,15 +133,15 @@ def _compared(step: Step) -> tuple[Compared, ...]:
 def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[Refined, float]:
     """Return a hypothesis fitted in the balances, from where the likelihood has it.
 
-    The second value is Student's t of what it explains of held-out segments.
+    The base model is that of the balances or that of the likelihood, whichever leaves less. The second value is
+    Student's t of what it explains of held-out segments.
     """
     residual, load = residual_of(findings.balances), findings.balances[0].load
-    candidate = _candidate(best)
-    fits = []
-    for begin in (_near(before.fit.whole, best.fit.parameters), best.added_to(before.fit.whole)):
-        unknowns = _unknowns_of(before.unknowns, candidate, begin, load)
-        fits.append(Calibration(unknowns, *gauss_newton(residual, fit_of(residual, begin), unknowns, _ITERATIONS)))
-    found = min(fits, key=lambda one: one.fit.cost)
+    candidate, whole = _candidate(best), before.fit.whole
+    begins = [fit_of(residual, begin) for begin in (_near(whole, best.fit.parameters), best.added_to(whole))]
+    begin = min(begins, key=lambda one: one.cost)
+    unknowns = _unknowns_of(before.unknowns, candidate, begin.whole, load)
+    found = Calibration(unknowns, *gauss_newton(residual, begin, unknowns, _ITERATIONS))
     return Refined(candidate, found.fit, found.unknowns), t_of(found, before, findings.balances)
 
 
