@@ -24,10 +24,10 @@ from etb_hil.recording.samples import Float64, Int64
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Where the fit of a hypothesis begins, with its linear evidence over the model before, in nats.
+    """Where the fit of a hypothesis begins, with its linear evidence.
 
-    `origin`: the fitted model in the hypothesis' shape, from which the linear step goes; `parameters` themselves where
-    no such step leads to them.
+    `evidence`: in nats over the model before. `origin`: the fitted model in the hypothesis' shape, from which the
+    linear step goes; `parameters` themselves where no such step leads to them.
     """
 
     ids: tuple[str, ...]

@@ -15,7 +15,7 @@ from etb_hil.discrepancy.fitting.cross_validation import Slopes, fold_of
 from etb_hil.discrepancy.fitting.fit import fit_of
 from etb_hil.discrepancy.fitting.free_run import gain_of
 from etb_hil.discrepancy.fitting.free_run_fit import FreeRunFit, fit_free_run, part_of
-from etb_hil.discrepancy.fitting.noise_floor import motions_of, simulated
+from etb_hil.discrepancy.fitting.noise_floor import simulated
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
@@ -120,13 +120,12 @@ def _noise_floor(findings: Findings, number: int, errors: _Errors) -> Float64:
     takes one step from the truth by the slopes of the first simulation, since noise moves them little.
     """
     first = findings.final_noise_floor
-    motions = motions_of(findings.balances, first.truth)
     slopes = _slopes(findings, first.calibration)
 
     def true_model(seed: int | None) -> tuple[Balances, Callable[[float], Vector]]:
         again, fit = first.balances, first.calibration.fit
         if seed is not None:
-            again = simulated(findings.model, findings.balances, first.truth, motions, seed)
+            again = simulated(findings.model, findings.balances, first.truth, first.motions, seed)
             fit = fit_of(residual_of(again), first.truth)
         return again[number], _by_fold(findings, number, slopes.vectors(fit))
 

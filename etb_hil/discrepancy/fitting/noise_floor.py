@@ -35,13 +35,14 @@ class NoiseFloor:
     """Mean square (9) by group that a true model may leave, unweighted, and its rerun.
 
     `truth`: the whole vector that was simulated; the distance of the rerun's calibration from it shows how well it is
-    identified.
+    identified. `motions`: see `motions_of`.
     """
 
     level: Float64
     balances: list[Balances]
     calibration: Calibration
     truth: Vector
+    motions: list[Float64]
 
 
 def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, NDArray[np.int64]]:
@@ -60,13 +61,14 @@ def noise_floor_of(
     model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown]
 ) -> NoiseFloor:
     """Return the noise floor of the model at `whole`: simulated, measured, refitted."""
-    again = simulated(model, balances, whole, motions_of(balances, whole))
+    motions = motions_of(balances, whole)
+    again = simulated(model, balances, whole, motions)
     begin = whole.copy()
     begin[EXTENDED:] = 0.0
     calibration = calibrate(model, again, begin, unknowns)
     level, _ = group_means(again, calibration.fit.whole)
     level = np.maximum(level, _LOWEST) * quantisation_spread(balances)
-    return NoiseFloor(level, again, calibration, begin)
+    return NoiseFloor(level, again, calibration, begin, motions)
 
 
 def motions_of(balances: Sequence[Balances], whole: Vector) -> list[Float64]:
