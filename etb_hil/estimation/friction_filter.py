@@ -84,6 +84,9 @@ _SECOND_ORDER = 3.0  # times the square of a parameter's variance; with 0.3 an u
 _STEADY = 0.3  # share of it that stays when the bristles are bent
 _MOST_LEARNT, _MOST = 0.03, 0.3
 _FORGETS = 1.0  # 1/s, of what was learnt of the bristles
+# What is learnt of bristles that are not LuGre's, a share of T_c squared (of LuGre's it is below 0.001); how many times
+# the stated variance of the constant counts then at most
+_ANOTHER_LAW, _MORE_THAN_STATED = 0.002, 2.0
 # Growth of the three, and what is learnt of the last, for each unit of excess
 _MORE_TORQUE, _MORE_UNEVEN, _MORE_BENDING, _LEARNS = 1.0, 5000.0, 100.0, 0.05
 _MEAN_OVER = 0.01  # s, mean innovation
@@ -316,8 +319,9 @@ def _estimate(
     friction = x[BRISTLE] + damping * omega * yields + p[VISCOUS] * omega + x[DISTURBANCE]
     # Bristles that yield as fast as they go are bent by the level alone, whatever their own error was.
     a, b = damping * yields + p[VISCOUS], max(1.0 - damping * abs(omega) * per_g, 0.0)
-    # The constant counts with its stated tolerance: what the record taught of it holds for LuGre's friction only.
-    square = settings[CONSTANT] * friction * friction + cov[DISTURBANCE, DISTURBANCE]
+    # What a record teaches of the constant holds for LuGre's friction: else it counts as it was stated, and more.
+    stated = settings[CONSTANT] * min(misfit / _ANOTHER_LAW, _MORE_THAN_STATED)
+    square = stated * friction * friction + cov[DISTURBANCE, DISTURBANCE]
     square += misfit * p[COULOMB] ** 2 * min(max(yields, 0.0), 1.0)
     square += a * (a * cov[OMEGA, OMEGA] + 2.0 * (b * cov[OMEGA, BRISTLE] + cov[OMEGA, DISTURBANCE]))
     square += b * (b * cov[BRISTLE, BRISTLE] + 2.0 * cov[BRISTLE, DISTURBANCE])
