@@ -18,7 +18,7 @@ import math
 from typing import Any
 
 from etb_hil.base.compiled import njit
-from etb_hil.estimation.kept import keep, take_back
+from etb_hil.estimation.kept import keep, restore
 from etb_hil.estimation.motion import (
     ADAPTED,
     AT_INERTIA,
@@ -71,8 +71,8 @@ STRONGEST = 8  # A: a larger reading is none
 SETTINGS = 9
 
 # What is carried beside state and covariance
-CURRENT, RUNNING, MEAN_INNOVATION, EXCESS, MISFIT, SETTLED, QUIET_S, IS_FAULTY = range(8)
-CARRIED = 8
+CURRENT, RUNNING, MEAN_INNOVATION, OF_MEAN, EXCESS, MISFIT, SETTLED, QUIET_S, SINCE_COPY, FAULT_S, IS_FAULTY = range(11)
+CARRIED = 11
 
 # Process noise, shares of friction; benchmarks/observer_table.py shows what they give.
 _RELAXES = 2.0  # 1/s, disturbance torque
@@ -96,6 +96,7 @@ _LIMP_S = 3e-3  # s, longest that one error of the springs at limp-home lasts
 # Excess that no friction explains (a bump of 25 % makes up to 56); 1/s, growth of the disturbance torque meanwhile
 _FOREIGN, _FOREIGN_WANDERS = 60.0, 10.0
 _KEEPS_S = 0.05  # s between copies of the parameters; a wrong current is seen in 5 to 20 ms
+_FAULT_S = 0.5  # s, longest that innovations count as those of a fault, and as long without them ends it
 _ABSORBED = 0.1  # of T_st: a larger disturbance torque is a wrong reading that the filter has taken for one
 _CAREFUL = 0.5  # share of a correction that motor, springs and inertia follow (partial update; Brink 2017)
 _OUTLIER, _LOST = 5.0, 8.0  # innovations in standard deviations: weighted down, and opening the covariance
@@ -118,8 +119,8 @@ def restart(x: Vector, cov: Float64, s: Vector, angle: float, current: float, se
     cov[OMEGA, OMEGA] = _FASTEST_UNSEEN**2
     cov[BRISTLE, BRISTLE] = settings[NOMINAL] ** 2
     cov[DISTURBANCE, DISTURBANCE] = _WANDERS * settings[NOMINAL] ** 2 / (2.0 * _RELAXES)
-    s[CURRENT], s[RUNNING], s[MEAN_INNOVATION], s[EXCESS] = current, 1.0, 0.0, 0.0
-    s[SETTLED], s[QUIET_S], s[IS_FAULTY] = 0.0, 0.0, 0.0
+    s[CURRENT], s[RUNNING], s[MEAN_INNOVATION], s[OF_MEAN], s[EXCESS] = current, 1.0, 0.0, 0.0, 0.0
+    s[SETTLED], s[QUIET_S], s[SINCE_COPY], s[FAULT_S], s[IS_FAULTY] = 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -206,7 +207,7 @@ def _noise(
     nominal = settings[NOMINAL] ** 2
     wanders, uneven, bends = _WANDERS * nominal, _UNEVEN, _BENDS
     excess = s[EXCESS]
-    if s[IS_FAULTY] > 0.0:
+    if s[IS_FAULTY] > 0.0 or excess > _FOREIGN:
         wanders = _FOREIGN_WANDERS * nominal
     elif excess > 0.0:
         wanders *= 1.0 + _MORE_TORQUE * excess
@@ -237,9 +238,10 @@ def _correct(
     total = cov[THETA, THETA] + variance
     size = abs(error) / math.sqrt(total)
     whitened = min(size, _OUTLIER) * (1.0 if error > 0.0 else -1.0)
-    s[MEAN_INNOVATION] += dt / (_MEAN_OVER + dt) * (whitened - s[MEAN_INNOVATION])
-    # The square of the mean beyond that of white ones, in its own variances.
-    s[EXCESS] = s[MEAN_INNOVATION] ** 2 * (2.0 * _MEAN_OVER / dt + 1.0) - _WHITE
+    share = dt / (_MEAN_OVER + dt)
+    s[MEAN_INNOVATION] += share * (whitened - s[MEAN_INNOVATION])
+    s[OF_MEAN] = (1.0 - share) ** 2 * s[OF_MEAN] + share * share  # its variance, of white innovations
+    s[EXCESS] = s[MEAN_INNOVATION] ** 2 / s[OF_MEAN] - _WHITE  # its square beyond that of white ones
     if size > _LOST:
         cov[THETA, THETA] += error * error
         cov[OMEGA, OMEGA] += min((error / dt) ** 2, _FASTEST_UNSEEN**2)
@@ -278,21 +280,33 @@ def _correct(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _watch(x: Vector, cov: Float64, p: Vector, s: Vector, dt: float, n: int, nominal: float, kept: Float64) -> None:
-    """Keep the parameters, and go back to earlier ones where a fault begins.
+    """Keep the parameters, and restore earlier ones where a fault begins.
 
     Innovations that no friction explains tell of a fault some milliseconds after it began. It has ended when they were
-    small for a while and the disturbance torque is small again, too.
+    small for a while and the disturbance torque is small again, too. What does not end soon is no fault of a sensor but
+    another friction: the filter adapts to it.
     """
+    if s[FAULT_S] > 0.0:
+        s[FAULT_S] += dt
+        if s[FAULT_S] > _FAULT_S:
+            s[IS_FAULTY] = 0.0
     if s[EXCESS] >= _FOREIGN:
-        if s[IS_FAULTY] == 0.0:
-            take_back(cov, p, n, kept)
-        s[IS_FAULTY], s[QUIET_S] = 1.0, 0.0
+        if s[IS_FAULTY] == 0.0 and s[FAULT_S] <= _FAULT_S:
+            restore(cov, p, n, kept)
+            s[IS_FAULTY], s[FAULT_S] = 1.0, max(s[FAULT_S], dt)
+        s[QUIET_S] = 0.0
         return
     s[QUIET_S] += dt
-    if s[QUIET_S] < _KEEPS_S or (s[IS_FAULTY] > 0.0 and abs(x[DISTURBANCE]) > _ABSORBED * nominal):
-        return
-    s[IS_FAULTY] = s[QUIET_S] = 0.0
-    keep(cov, p, n, kept)
+    if s[QUIET_S] > _KEEPS_S and abs(x[DISTURBANCE]) < _ABSORBED * nominal:
+        s[IS_FAULTY] = 0.0
+    if s[QUIET_S] > _FAULT_S and s[FAULT_S] > 0.0:
+        s[IS_FAULTY] = s[FAULT_S] = s[SINCE_COPY] = 0.0
+        keep(cov, p, n, kept)
+        keep(cov, p, n, kept)
+    s[SINCE_COPY] += dt
+    if s[SINCE_COPY] > _KEEPS_S and s[FAULT_S] == 0.0:
+        s[SINCE_COPY] = 0.0
+        keep(cov, p, n, kept)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -28,14 +28,12 @@ def keep(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def take_back(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
-    """Take up the parameters of the older copy, where there is one.
+def restore(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
+    """Restore the parameters of the older copy.
 
     The state stays as it is and counts as independent of them.
     """
     copy = kept[_OLDER]
-    if copy[0, _AT_COULOMB] == 0.0:
-        return
     p[COULOMB], p[STICTION] = copy[0, _AT_COULOMB], copy[0, _AT_STICTION]
     for k in range(MOVING, n):
         p[ADAPTED[k - MOVING]] = copy[0, k]

@@ -26,8 +26,8 @@ import sys, time
 from pathlib import Path
 from etb_hil.bench.controller_lock import sender_lock
 from etb_hil.canio.bus.bus_settings import BusSettings
-
 bus = BusSettings(interface="socketcan", channel="vcan0")
+
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else None
 with sender_lock(bus, [(0x111, False)], "bench 'left'", folder) as paths:
     print(*paths, flush=True)
@@ -213,7 +213,7 @@ def shared():
 
 
 def as_user(user, code, *words):
-    """Start code that becomes another user once all that it imports is loaded: not every user may read our files."""
+    """Start code that becomes another user at its first empty line: not every user may read what it imports."""
     imports, _, rest = code.partition("\n\n")
     become = f"import fcntl, os; os.setgroups([]); os.setresgid({user}, {user}, {user}); os.setresuid(*[{user}] * 3)"
     command = [sys.executable, "-c", f"{imports}\n{become}\n{rest}", *words]
