@@ -34,7 +34,7 @@ JUDGED = 1  # code of ticks in phases whose motion is judged
 
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
 _SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
-_FEWEST = 60  # windows: 20 independent ones, for up to 20 parameters (`prior.py`)
+_FEWEST = 20  # independent windows, for up to 20 parameters (`prior.py`)
 _CLUSTER = 100  # ticks that share their noise: six narrow windows long (benchmarks/interval_coverage.py)
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run, 0.07 mN·m at the stock plate
@@ -96,7 +96,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         windows, velocity = _moving_windows(ticks, usable, shape)
     cluster = windows.centre // (_CLUSTER * windows.shape.half // NARROW.half)
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
-    if len(windows) < _FEWEST:
+    if len(windows) < _FEWEST * windows.shape.overlap:
         return Assessment(ticks, windows, evidence, (), None, None)
     balance = voltage_balance(ticks, windows, cluster)
     quiet = quieted(ticks, windows, velocity, throttle.coulomb / throttle.bristle_stiffness)

@@ -45,7 +45,9 @@ def by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> 
     windows `shown` (m) are used.
     """
     share = np.where(evidence.velocity > 0.0, 1.0, -1.0) * excess_of(evidence, fit)
-    middle, odd, _, error = local_means(evidence.position[shown], evidence.velocity[shown], share[shown])
+    middle, odd, _, error = local_means(
+        evidence.position[shown], evidence.velocity[shown], share[shown], evidence.overlap
+    )
     return middle, odd, error
 
 

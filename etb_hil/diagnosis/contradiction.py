@@ -122,7 +122,10 @@ def _one_way(assessment: Assessment) -> list[Reason]:
     opening, closing = assessment.ways
     if assessment.fit is None or min(opening, closing) >= _FEWEST_A_WAY:
         return []
-    text = f"{opening} segments of 17 ms opened the plate and {closing} closed it: both are needed to measure friction"
+    text = (
+        f"{opening} segments of at least 17 ms opened the plate and {closing} closed it: both are needed to measure "
+        "friction"
+    )
     return [Reason("one_way", text)]
 
 

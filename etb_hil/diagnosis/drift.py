@@ -31,7 +31,7 @@ from etb_hil.recording.samples import Float64, Int64
 _SURE = 3.0  # standard errors: units that stay reach 2.5 (benchmarks/interval_coverage.py)
 _SETTLED = 0.1  # standard errors: the curve is another one without the drift, of which it took a part
 _TURNS = 5
-_FEWEST = 60  # windows: 20 independent ones, for up to 13 levels, a line and two springs
+_FEWEST = 20  # independent windows, for up to 13 levels, a line and two springs
 _SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(13)])  # rad/s: a level to each half octave up to 2
 _MOST = 0.5  # share of the friction by which it may be off its middle: beyond it nothing here is a line
 _LEAST = 1e-6  # windows' worth of nothing: springs on whose side the plate never was
@@ -162,7 +162,7 @@ class _Slow:
 def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> _Slow | None:
     """Return the slow windows of a fit; None where they are too few."""
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & evidence.slides
-    if np.count_nonzero(shown) < _FEWEST:
+    if np.count_nonzero(shown) < _FEWEST * evidence.overlap:
         return None
     time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]
     first, last = float(time.min()), float(time.max())

@@ -29,9 +29,9 @@ class Evidence:
 
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 7), what inertia, preloads, slopes and the
-    encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that
-    share their noise. `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows
-    are fitted; `slides` (m), which of them are beyond any bending of bristles.
+    encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `overlap`: that of the windows' shape;
+    `cluster` (m) numbers segments that share their noise. `over_time` (n) is the factor on friction at the time of each
+    tick; `counts` (m), which windows are fitted; `slides` (m), which of them are beyond any bending of bristles.
     """
 
     motor: Float64
@@ -41,6 +41,7 @@ class Evidence:
     position: Float64
     errors: Float64
     per_ampere: float
+    overlap: float
     cluster: Int64
     over_time: Float64
     counts: NDArray[np.bool_]
@@ -73,8 +74,8 @@ def gather_evidence(
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
     return Evidence(
-        motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them,
-        sliding(ticks, windows),
+        motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, windows.shape.overlap, cluster, level,
+        all_of_them, sliding(ticks, windows),
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 They are the paper's law, one with another exponent, one whose contacts age, and one with both.
 
-A law is fitted where its score asks for it, to the same windows as the paper's law. Numbers are averaged over the laws
+A law is fitted where its score makes it likelier. Numbers are averaged over the laws
 (Bayesian model averaging; Hoeting, Madigan, Raftery and Volinsky 1999). Among fitted laws the likelihood counts for as
 much as its scatter from segment to segment lets it, as no law is exact (Royall and Tsou 2003, robust adjusted
 likelihood).
@@ -120,9 +120,7 @@ def _weighed(paper: _Fitted, others: Sequence[_Fitted]) -> list[Law]:
         0.5 * one.fit.counted * (paper.misfit - one.misfit) + _log_closed(one.fit, one.prior, one.free)
         for one in others
     ]
-    # Against the paper's law speaks no more than both the score and the fit say.
-    most = max((min(one.evidence, factor) for one, factor in zip(others, factors, strict=True)), default=0.0)
-    likeliest = max(factors, default=0.0)
+    most, likeliest = max((one.evidence for one in others), default=0.0), max(factors, default=0.0)
     before = (1.0 - _USUAL) / len(_OTHERS)
     shares = [_USUAL * float(exp(-most))] + [before * float(exp(factor - likeliest)) for factor in factors]
     kept = [one for one in zip((paper, *others), shares, strict=True) if one[1] >= _LEAST * sum(shares)]

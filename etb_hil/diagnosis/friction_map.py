@@ -13,13 +13,14 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.base.reference_temperature import REFERENCE_TEMPERATURE
+from etb_hil.diagnosis.windows import NARROW
 from etb_hil.recording.samples import Float64, Int64
 
 CELL = 0.035  # rad, 2 deg: what a window of 17 ms resolves at up to 2 rad/s
 TEMPERATURE_CELL = 10.0  # K
 FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 
-_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
+_OVERLAP = NARROW.overlap
 _FEWEST = 4  # windows a cell and direction
 _LEAST_EXCESS = 0.1  # share of the friction that counts as a bump
 _LOW = 2  # cells on either side of a bump: in the last one of a way friction turns round

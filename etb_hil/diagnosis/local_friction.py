@@ -22,7 +22,6 @@ OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a dr
 
 _FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 _FEWEST = 5  # windows a cell and direction: 16 ms and more each way
-_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +42,13 @@ def local_friction(evidence: Evidence, fit: StribeckFit) -> LocalFriction:
     """Return what the fit leaves over in each cell."""
     slow = np.abs(evidence.velocity) < _FASTEST
     residual = fit.residual[slow] * (1.0 + fit.parameters[CONSTANT])
-    return LocalFriction(*local_means(evidence.position[slow], evidence.velocity[slow], residual))
+    parts = local_means(evidence.position[slow], evidence.velocity[slow], residual, evidence.overlap)
+    return LocalFriction(*parts)
 
 
-def local_means(position: Float64, velocity: Float64, values: Float64) -> tuple[Float64, Float64, Float64, Float64]:
+def local_means(
+    position: Float64, velocity: Float64, values: Float64, overlap: float
+) -> tuple[Float64, Float64, Float64, Float64]:
     """Return the odd and the even part of values (m), cell by cell.
 
     The results (b) are the middles of the cells in rad, both parts, and their standard error. The parts are odd and
@@ -58,14 +60,14 @@ def local_means(position: Float64, velocity: Float64, values: Float64) -> tuple[
     column = np.floor(position / CELL).astype(np.int64)
     columns = np.arange(column.min(), column.max() + 1)
     out = np.empty((3, len(columns)))
-    _parts(column - columns[0], velocity, values, out)
+    _parts(column - columns[0], velocity, values, overlap, out)
     known = np.isfinite(out[0])
     odd, even, error = out[:, known]
     return (columns[known] + 0.5) * CELL, odd, even, error
 
 
 @njit(cache=True, error_model="numpy")
-def _parts(column: Int64, velocity: Float64, residual: Float64, out: Float64) -> None:
+def _parts(column: Int64, velocity: Float64, residual: Float64, overlap: float, out: Float64) -> None:
     cells = out.shape[1]
     count, total, square = np.zeros((2, cells)), np.zeros((2, cells)), np.zeros((2, cells))
     for k in range(len(column)):
@@ -81,6 +83,6 @@ def _parts(column: Int64, velocity: Float64, residual: Float64, out: Float64) ->
         for way in range(2):
             middle = total[way, c] / count[way, c]
             spread = max(square[way, c] / count[way, c] - middle * middle, 0.0)
-            variance += 0.25 * _OVERLAP * spread / count[way, c]
+            variance += 0.25 * overlap * spread / count[way, c]
         opening, closing = total[0, c] / count[0, c], total[1, c] / count[1, c]
         out[0, c], out[1, c], out[2, c] = 0.5 * (opening - closing), 0.5 * (opening + closing), math.sqrt(variance)

@@ -232,7 +232,7 @@ def _descend(
     here, damping, growth, count = start, 1e-3, 2.0, prior.count
     for _ in range(_ITERATIONS):
         q, residual, jacobian = here.parameters, here.residual, here.jacobian
-        weight = weights_by_kind(residual, kind, evidence.counts)
+        weight = weights_by_kind(residual, kind, evidence)
         matrix, gradient = prior.beside(jacobian, residual, weight, q)
         cost = _cost(residual, weight, q, prior.mean, prior.precision)
         for _ in range(8):
@@ -277,7 +277,7 @@ def _padded(values: Float64) -> Float64:
 
 def _conclude(evidence: Evidence, prior: Prior, found: Linearised, kind: Int64) -> StribeckFit | None:
     q, residual, jacobian = found.parameters, found.residual, found.jacobian
-    weight = weights_by_kind(residual, kind, evidence.counts)
+    weight = weights_by_kind(residual, kind, evidence)
     matrix, _ = prior.beside(jacobian, residual, weight, q)
     held, bread = np.diag(prior.precision[: prior.count]), inverse(matrix)
     steps = segment_bootstrap(jacobian, residual, weight, evidence.cluster, held)

@@ -284,8 +284,9 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         return [
             Reason(
                 "too_few_windows",
-                f"no friction curve could be fitted for {names}: {sum(grounds.windows)} segments of 17 ms in steady "
-                f"motion have samples in every millisecond, of {grounds.coverage.samples} samples in all{current}",
+                f"no friction curve could be fitted for {names}: {sum(grounds.windows)} segments of at least 17 ms in "
+                f"steady motion have samples in every millisecond, of {grounds.coverage.samples} samples in "
+                f"all{current}",
             )
         ]
     return [
@@ -293,7 +294,7 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
             "too_little_motion",
             f"no friction curve could be fitted for {names}: the plate moved by "
             f"{math.degrees(grounds.moved):.2f} deg at up to "
-            f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} segments of 17 ms in all{current}",
+            f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} segments of at least 17 ms in all{current}",
         )
     ]
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.evidence import Evidence
@@ -18,7 +17,6 @@ from etb_hil.diagnosis.windows import Windows, window_means
 from etb_hil.recording.samples import Float64, Int64
 
 _LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
-_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
 # Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
 # weighed by the residual of its kind, or of all windows where fewer than this are of one kind.
 _KINDS = (0.02, 0.1, 0.5)
@@ -44,7 +42,7 @@ def weights_of(
     They follow from the parameters (20) and the residual (m) of a fit.
     """
     bent = _bent(ticks, windows, parameters)
-    of_all = weights_by_kind(residual, _kinds(bent), evidence.counts)
+    of_all = weights_by_kind(residual, _kinds(bent), evidence)
     return WindowWeights(of_all, np.where((bent <= _KINDS[0]) & evidence.slides, of_all, 0.0))
 
 
@@ -71,20 +69,20 @@ def _kinds(bent: Float64) -> Int64:
     return kind
 
 
-def weights_by_kind(residual: Float64, kind: Int64, counts: NDArray[np.bool_]) -> Float64:
+def weights_by_kind(residual: Float64, kind: Int64, evidence: Evidence) -> Float64:
     """Return weights of windows (m), by the residuals of their kind.
 
     Windows that overlap are counted for what they say; those that do not count weigh nothing. Bent bristles only add to
     an error: their kinds never weigh more than what slides, which a local bump may spoil.
     """
-    least = _LEAST_NOISE * _LEAST_NOISE
-    weight = np.full(len(residual), 1.0 / (_OVERLAP * max(mean_square(residual[counts]), least)))
+    counts, overlap, least = evidence.counts, evidence.overlap, _LEAST_NOISE * _LEAST_NOISE
+    weight = np.full(len(residual), 1.0 / (overlap * max(mean_square(residual[counts]), least)))
     for k in range(1, int(kind.max()) + 1):
         same = (kind == k) & counts
         if not np.any(same):
             continue
         least = max(mean_square(residual[same]), least)
-        weight[same] = 1.0 / (_OVERLAP * least)
+        weight[same] = 1.0 / (overlap * least)
     weight[~counts] = 0.0
     return weight
 

@@ -27,17 +27,19 @@ _JITTER = 0.05  # share of a tick by which the distance of two ticks may be off:
 class Shape:
     """The shape of a window that reaches `half` ticks to both sides.
 
-    Its weights (2 half + 1) are those of means, torques, rates (1/s) and accelerations (1/s^2).
+    Its weights (2 half + 1) are those of means, torques, rates (1/s) and accelerations (1/s^2). Windows a stride apart
+    share `overlap` times the noise of one.
     """
 
     half: int
+    overlap: float
     mean: Float64
     torque: Float64
     rate: Float64
     acceleration: Float64
 
 
-def _shape(half: int) -> Shape:
+def _shape(half: int, overlap: float) -> Shape:
     window = np.zeros(2 * half + 1)
     for j in range(-half + 1, half):
         s = j / half
@@ -52,11 +54,13 @@ def _shape(half: int) -> Shape:
     # linear between ticks.
     torque = (before + 4.0 * window + after) / 6.0
     rate, acceleration = (before - after) / (2.0 * TICK), (before - 2.0 * window + after) / (TICK * TICK)
-    return Shape(half, window, torque, rate, acceleration)
+    return Shape(half, overlap, window, torque, rate, acceleration)
 
 
-NARROW = _shape(8)  # 17 ms: short against a dash's rise (75 ms) and fall (45 ms), in which speeds would mix
-WIDE = _shape(16)  # for an angle whose noise would be most of what a narrow window says
+# 17 ms: short against a dash's rise (75 ms) and fall (45 ms), in which speeds would mix. White noise of the torque
+# overlaps 2.5 times in these windows, 4.9 times in those twice as wide.
+NARROW = _shape(8, overlap=3.0)
+WIDE = _shape(16, overlap=6.0)  # for an angle whose noise counts in narrow windows
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ The filter adapts its own parameters.
 
 State and parameters are those of `motion`, the current is the input and the plate angle the measurement. The torque
 constant is the unit that friction is measured in: whoever scales motor, springs, inertia and friction equally sees the
-same motion. So it is known as well as springs and inertia are. All of them follow with care: friction of another law
-pulls them.
+same motion. So it is known as well as springs and inertia are. All of them take a share of each correction, since
+friction of another law biases them.
 
 What the equations lack is process noise: a disturbance torque (Ornstein-Uhlenbeck), a friction level that wanders along
 the way, and bristles that differ from LuGre's while they bend. All three grow while the mean innovation is larger than
@@ -333,7 +333,7 @@ def _estimate(
     friction = x[BRISTLE] + damping * omega * yields + p[VISCOUS] * omega + x[DISTURBANCE]
     # Bristles that yield as fast as they go are bent by the level alone, whatever their own error was.
     a, b = damping * yields + p[VISCOUS], max(1.0 - damping * abs(omega) * per_g, 0.0)
-    # What a record teaches of the constant holds for LuGre's friction: else it counts as it was stated, and more.
+    # The estimate of the constant is right for LuGre's friction. Else its stated variance counts, too.
     stated = settings[CONSTANT] * min(misfit / _ANOTHER_LAW, _MORE_THAN_STATED)
     square = stated * friction * friction + cov[DISTURBANCE, DISTURBANCE]
     square += misfit * p[COULOMB] ** 2 * min(max(yields, 0.0), 1.0)

@@ -39,7 +39,7 @@ from etb_hil.plant.physics import (
 # the logarithm of the friction level, which scales T_c and T_st equally.
 THETA, OMEGA, BRISTLE, DISTURBANCE, LEVEL = range(5)
 MOVING = 5
-# Behind it, what may be adapted: logarithms of friction's shape and of the inertia, and the springs' torques.
+# Behind it, what may be adapted: logarithms of friction's shape, of inertia and torque constant; the springs' torques.
 AT_STICTION, AT_VISCOUS, AT_STIFFNESS, AT_STRIBECK, AT_INERTIA, AT_CONSTANT = range(MOVING, MOVING + 6)
 AT_PRELOAD_OPEN, AT_PRELOAD_CLOSE, AT_SLOPE_OPEN, AT_SLOPE_CLOSE = range(MOVING + 6, MOVING + 10)
 STATES = MOVING + 10
