@@ -25,7 +25,9 @@ from etb_hil.recording.samples import Float64
 # tenth of windows). Without means a plate track of 12 bits with 0.01 deg of noise, read at 1 kHz, has T_st 6 % too high
 # and held in 53 %, with them in all of 40 units (`benchmarks/interval_coverage.py --rate 1000 --track`).
 _LITTLE, _OF_WAY, _SLOW = 0.03, 0.2, 0.1
-_OF_COULOMB = 0.01  # of T_c, by which noise may change the inertia's torque of a narrow window
+# Share of T_c by which noise may change the inertia's torque in a narrow window. With six times that T_c is known to
+# 22 % by narrow windows and to 8 % by wide ones (`interval_coverage.py --track`), with 0.6 of it to the same.
+_OF_COULOMB = 0.01
 _GAIN = 70.0  # variance of a fourth difference of white noise: 1 + 16 + 36 + 16 + 1
 
 
@@ -48,7 +50,7 @@ class Quieted:
 
 
 def shape_for(ticks: Ticks, windows: Windows, throttle: ThrottleParameters) -> Shape:
-    """Return the shape of windows that the noise of the ticks' angle asks for.
+    """Return the shape of windows for the noise of the ticks' angle.
 
     `windows` are narrow ones. An angle's noise counts in a window by the inertia's torque.
     """

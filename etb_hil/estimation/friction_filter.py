@@ -95,10 +95,12 @@ _CURVE = 0.05  # share of the current's change over a sample by which its mean m
 _LIMP_S = 3e-3  # s, longest that one error of the springs at limp-home lasts
 # Excess that no friction explains (a bump of 25 % makes up to 56); 1/s, growth of the disturbance torque meanwhile
 _FOREIGN, _FOREIGN_WANDERS = 60.0, 10.0
-_KEEPS_S = 0.05  # s between copies of the parameters; a wrong current is seen in 5 to 20 ms
+_KEEPS_S = 0.05  # s between copies of the parameters; innovations show a wrong current within 5 to 20 ms
 _FAULT_S = 0.5  # s, longest that innovations count as those of a fault, and as long without them ends it
 _ABSORBED = 0.1  # of T_st: a larger disturbance torque is a wrong reading that the filter has taken for one
-_CAREFUL = 0.5  # share of a correction that motor, springs and inertia follow (partial update; Brink 2017)
+# Share of a correction that motor, springs and inertia take (partial update; Brink 2017): with 1 single models are off
+# by 10 % of T_c, with 0.1 constants that are off by 10 % cost twice as much
+_CAREFUL = 0.5
 _OUTLIER, _LOST = 5.0, 8.0  # innovations in standard deviations: weighted down, and opening the covariance
 _FASTEST_UNSEEN = 10.0  # rad/s, standard deviation of a velocity that nobody measured
 _SURE, _SETTLES_S = 0.05, 0.05  # share of T_st, below which a standard deviation ends the settling; s, its longest
