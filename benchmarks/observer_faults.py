@@ -59,7 +59,7 @@ def main():
             after(record, fault, rng.uniform(1.0, 4.5)) for record in records for _ in range(options.instants)
         ])  # fmt: skip
         (soon, late), (worst, last) = np.median(errors, axis=0), np.max(errors, axis=0)
-        above = f"{np.sum(errors[:, 0] > 15.0)} of {len(errors)}"  # fmt: skip
+        above = f"{np.sum(errors[:, 0] > 15.0)} of {len(errors)}"
         print(f"| {name} | {soon:.1f} | {worst:.0f} | {above} | {late:.2f} | {last:.1f} |", flush=True)
     print(f"\n| constant off by | {' | '.join(f'{share - 1.0:+.0%}' for share in OFF)} | in 2 sd |")
     print("|---|" + "---|" * (len(OFF) + 1))

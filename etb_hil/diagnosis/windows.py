@@ -2,8 +2,8 @@
 
 The equation of motion is multiplied by a smooth window and integrated by parts twice, so that the derivatives fall on
 the window (the modulating functions of Shinbrot 1957). What is measured and what a model says pass the same window:
-its width costs resolution and no bias, where a filtered peak is too low. Noise of the angle falls with its power of
-2.5.
+its width costs resolution and no bias, where a filtered peak is too low. The torque that
+noise of the angle makes falls with the width to the power of 2.5.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ _JITTER = 0.05  # share of a tick by which the distance of two ticks may be off:
 class Shape:
     """The shape of a window that reaches `half` ticks to both sides.
 
-    Its weights (2 half + 1) are those of means, torques, rates (1/s) and accelerations (1/s^2). Windows a stride apart
-    share `overlap` times the noise of one.
+    Its weights (2 half + 1) are those of means, torques, rates (1/s) and accelerations (1/s^2). The mean of
+    many windows a stride apart has `overlap` times the variance that it had of independent ones.
     """
 
     half: int

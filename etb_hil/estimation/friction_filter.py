@@ -18,7 +18,7 @@ import math
 from typing import Any
 
 from etb_hil.base.compiled import njit
-from etb_hil.estimation.kept import keep, restore
+from etb_hil.estimation.kept import keep, keep_in_both, restore
 from etb_hil.estimation.motion import (
     ADAPTED,
     AT_INERTIA,
@@ -303,8 +303,7 @@ def _watch(x: Vector, cov: Float64, p: Vector, s: Vector, dt: float, n: int, nom
         s[IS_FAULTY] = 0.0
     if s[QUIET_S] > _FAULT_S and s[FAULT_S] > 0.0:
         s[IS_FAULTY] = s[FAULT_S] = s[SINCE_COPY] = 0.0
-        keep(cov, p, n, kept)
-        keep(cov, p, n, kept)
+        keep_in_both(cov, p, n, kept)
     s[SINCE_COPY] += dt
     if s[SINCE_COPY] > _KEEPS_S and s[FAULT_S] == 0.0:
         s[SINCE_COPY] = 0.0

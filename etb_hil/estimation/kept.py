@@ -28,6 +28,13 @@ def keep(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
 
 
 @njit(cache=True, error_model="numpy")
+def keep_in_both(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
+    """Make both copies those of the parameters as they are; see `keep`."""
+    keep(cov, p, n, kept)
+    keep(cov, p, n, kept)
+
+
+@njit(cache=True, error_model="numpy")
 def restore(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
     """Restore the parameters of the older copy.
 

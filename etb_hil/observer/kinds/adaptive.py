@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.estimation import friction_filter as settings
 from etb_hil.estimation.friction_filter import CARRIED, SETTINGS, run_adapting, run_moving
-from etb_hil.estimation.kept import KEPT, keep
+from etb_hil.estimation.kept import KEPT, keep_in_both
 from etb_hil.estimation.motion import (
     ADAPTED,
     AT_INERTIA,
@@ -58,8 +58,7 @@ class AdaptiveObserver:
         self._last_ns = np.zeros(1, np.int64)
         self._work = np.zeros((4, STATES))
         self._kept = np.zeros(KEPT)
-        for _ in range(len(self._kept)):
-            keep(self._cov, p, len(self._cov), self._kept)
+        keep_in_both(self._cov, p, len(self._cov), self._kept)
 
     def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
         """Take samples, return velocity and friction torque; see `Observer.push`."""
