@@ -50,6 +50,8 @@ LOG = logging.getLogger(__name__)  # one record at level INFO for each function 
 
 _FORMAT = 3  # of a file's content
 _RUNTIME = "numba.runtime"  # its file
+# What does not say these has them from whatever calls it first, by numba: its bits would depend on who that was.
+_OWN: Mapping[str, object] = {"fastmath": False, "error_model": "python"}
 _HASH = 16  # hexadecimal digits of a hash in a name: 64 bits
 _CHECKSUM = hashlib.sha256().digest_size
 
@@ -76,7 +78,7 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
 def _dispatcher(function: Function, options: Mapping[str, object], *, cache: bool) -> Function:
     """Return numba's compiler of a function for its types of arguments."""
     # An address, which needs one more wrapper, nobody takes.
-    dispatcher = numba.njit(no_cfunc_wrapper=True, **options)(function)
+    dispatcher = numba.njit(no_cfunc_wrapper=True, **{**_OWN, **options})(function)
     if isinstance(dispatcher, Dispatcher):
         code = _MachineCode(dispatcher) if cache else None
         _remember_failures(dispatcher._compiler, code)  # noqa: SLF001 (numba has no other way in)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numba import literally
 from numba.extending import overload
@@ -251,3 +252,34 @@ def test_a_function_that_asks_for_the_value_of_an_argument_is_compiled_for_each(
 
     assert [kernel(0), kernel(1), kernel(0)] == [1.5, 2, 1.5]
     assert [caller(0), caller(1), caller(0)] == [1.5, 2, 1.5]
+
+
+def test_a_function_has_the_same_bits_whoever_calls_it_first():
+    """Numba gives a function without options those of the caller that it is compiled for."""
+
+    def polynomial(x):
+        return x * x + 3.0 * x + 1.0
+
+    def divided(x):
+        return 1.0 / x
+
+    called, undisturbed = (njit(cache=False)(polynomial) for _ in range(2))
+    divides = njit(cache=False)(divided)
+
+    @njit(cache=False, fastmath={"contract"}, error_model="numpy")
+    def fused(x):
+        return called(x) + divides(x)
+
+    @njit(cache=False)
+    def plain(x):
+        return called(x), undisturbed(x)
+
+    @njit(cache=False)
+    def plainly_divided(x):
+        return divides(x)
+
+    fused(0.5)
+    both = np.array([plain(x) for x in np.random.default_rng(1).uniform(0.1, 9.9, 10_000)])
+    np.testing.assert_array_equal(both[:, 0], both[:, 1])
+    with pytest.raises(ZeroDivisionError):
+        plainly_divided(0.0)
