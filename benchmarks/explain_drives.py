@@ -46,7 +46,7 @@ def searched(axis):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drive.yaml"
         path.write_text(axis.file, "utf-8")
-        model, _ = load_plant(path)
+        model = load_plant(path)
     return search(model, [Balances(m, model) for m in measurements_of(recording, model)])
 
 

@@ -183,7 +183,7 @@ def closed_loop_errors(data, p):
 
 
 def main(folder):
-    model, _ = load_plant(EXAMPLES / "emps.drive.yaml")
+    model = load_plant(EXAMPLES / "emps.drive.yaml")
     names = ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
     tables = [read_table(Path(folder) / name, EXAMPLES / "emps.map.yaml") for name in names]
     estimation, test = ([Balances(m, model) for m in measurements_of(table, model)] for table in tables)

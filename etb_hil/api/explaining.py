@@ -172,7 +172,6 @@ def explain(
 
     from etb_hil.api.models import as_limits, as_model
     from etb_hil.discrepancy.explain import explain as search
-    from etb_hil.plant.drive_file import is_drive
     from etb_hil.scenario.planning import stock_plans
 
     several = [recordings] if isinstance(recordings, Recording | str | Path) else recordings
@@ -190,7 +189,7 @@ def explain(
             progress=progress,
             limits=allowed,
             judge=None if session is None else _bench_of(session, allowed),
-            plans=None if is_drive(known) else lambda: stock_plans(known.values),
+            plans=(lambda: stock_plans(known.values)) if known.device.is_throttle else None,
             fit_on=fit_on,
             is_same_unit=is_same_unit,
         )

@@ -23,10 +23,9 @@ def as_model(model: Model | str | Path) -> Model:
 def as_throttle(model: Model | str | Path) -> Model:
     """Return a throttle's model; InputError where the file is wrong, or a drive's."""
     from etb_hil.base.errors import InputError, Problem
-    from etb_hil.plant.drive_file import is_drive
 
     found = as_model(model)
-    if is_drive(found):
+    if not found.device.is_throttle:
         remedy = "give a throttle's model file (schema etb_hil/model/1)"
         raise InputError(Problem(f"the model '{found.name}' is a drive's, and throttles are simulated", remedy=remedy))
     return found

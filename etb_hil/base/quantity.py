@@ -52,6 +52,7 @@ DIMENSIONS: dict[str, tuple[str, dict[str, tuple[float, float]]]] = {
     "speed": ("m/s", {"m/s": (1.0, 0.0), "mm/s": (1e-3, 0.0)}),
     "mass": ("kg", {"kg": (1.0, 0.0)}),
     "linear damping": ("N·s/m", {"N·s/m": (1.0, 0.0)}),
+    "linear stiffness": ("N/m", {"N/m": (1.0, 0.0), "N/mm": (1e3, 0.0)}),
     "force constant": ("N/V", {"N/V": (1.0, 0.0), "N/A": (1.0, 0.0)}),
 }
 

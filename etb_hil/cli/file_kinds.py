@@ -15,7 +15,7 @@ _DEFINITIONS = {
     "scenario": ("etb_hil.scenario.scenario_file", "Scenario"),
     "bench": ("etb_hil.bench.bench_file", "Bench"),
     "model": ("etb_hil.plant.model_file", "ModelFile"),
-    "drive": ("etb_hil.plant.drive_file", "DriveFile"),
+    "drive": ("etb_hil.plant.drive_parts", "DriveFile"),
     "limits": ("etb_hil.diagnosis.limits_file", "LimitsFile"),
     "table_map": ("etb_hil.recording.columns", "TableMap"),
     "station": ("etb_hil.station.station_file", "Station"),

@@ -48,7 +48,6 @@ from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.guarded import fault_of
 from etb_hil.observer.registry import DEFAULT, observer_kind
-from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, SampleBlock
 from etb_hil.results.measurement import Measurement, Measurements
@@ -79,7 +78,7 @@ class Diagnosis:
     """
 
     def __init__(self, model: Model, limits: Limits, observer: str = DEFAULT) -> None:
-        if is_drive(model):
+        if not model.device.is_throttle:
             what = f"the model '{model.name}' is a drive's, and friction is judged of throttles"
             raise InputError(Problem(what, remedy="give a throttle's model file (schema etb_hil/model/1)"))
         self._model, self._limits, self._observer_kind = model, limits, observer_kind(observer)

@@ -24,9 +24,10 @@ from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
+from etb_hil.discrepancy.measured.device_roles import must_be_of_one_kind
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle, must_be_of_winding
-from etb_hil.discrepancy.measured.segments import measurements_of, must_be_of_one_kind
+from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
-from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect, EffectParameter
 from etb_hil.plant.parameters import Model
@@ -16,7 +15,7 @@ def effects_of(model: Model) -> dict[str, Effect]:
 
     What comes a whole number of times in a motor's turn does not in a drive's.
     """
-    if not is_drive(model):
+    if model.device.is_throttle:
         return dict(CATALOGUE)
     load = model.values.coulomb / THROTTLE_FRICTION
     return {id_: _scaled(effect, load) for id_, effect in CATALOGUE.items()}

@@ -1,7 +1,4 @@
-"""Effects in a drive's model file.
-
-Bounds are those that its friction has; a linear one has N for N·m, m for rad.
-"""
+"""Effects in a drive's model file; a linear one has N for N·m, m for rad."""
 
 from __future__ import annotations
 
@@ -10,26 +7,29 @@ from collections.abc import Iterable
 from etb_hil.base.errors import Problem
 from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.quantity import tidy_unit
-from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.effect import EffectParameter
+from etb_hil.plant.effects.catalogue import CATALOGUE, OWN
+from etb_hil.plant.effects.effect import Effect, EffectParameter, Need
 from etb_hil.plant.model_file import EffectEntry
 
 THROTTLE_FRICTION = 0.144  # N·m of the throttle that the catalogue's bounds are for
+_LARGEST = 1e6  # N or N·m: a drive of any size has less
 _LINEAR = {"N·m": "N", "rad": "m", "rad/s": "m/s"}
 
 
 Wrong = tuple[tuple[str, ...], Problem]  # the key in an entry that is wrong, and what is wrong
 
 
-def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: bool) -> list[EffectEntry | Wrong]:
-    """Return effects as a throttle's model has them, or what is wrong.
-
-    `coulomb` is the drive's friction in N or N·m.
-    """
-    return [_read(entry, coulomb / THROTTLE_FRICTION, is_linear) for entry in entries]
+def gravity() -> Effect:
+    """Return the effect of a mass that gravity turns: a part of a drive's file."""
+    return next(effect for effect in OWN if Need.PENDULUM in effect.needs)
 
 
-def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Wrong:
+def read_effects(entries: Iterable[EffectEntry], *, is_linear: bool) -> list[EffectEntry | Wrong]:
+    """Return effects as a throttle's model has them, or what is wrong."""
+    return [_read(entry, is_linear) for entry in entries]
+
+
+def _read(entry: EffectEntry, is_linear: bool) -> EffectEntry | Wrong:
     effect = CATALOGUE.get(entry.id)
     if effect is None:
         meant = did_you_mean(entry.id, CATALOGUE)
@@ -44,15 +44,15 @@ def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Wro
         parameter = known[name]
         unit = unit_for(parameter, is_linear=is_linear)
         number, _, its = str(value).partition(" ")
-        size = load if parameter.unit == "N·m" else 1.0
+        low, high = (-_LARGEST, _LARGEST) if parameter.unit == "N·m" else (parameter.low, parameter.high)
         try:
             if tidy_unit(its or "1") != tidy_unit(unit):
                 raise ValueError(its)  # noqa: TRY301 (as a number that is none)
             amount = float(number)
         except ValueError:
             return key, Problem(f"{entry.id}: {name} must be a number with its unit", value=value, allowed=unit)
-        if not size * parameter.low <= amount <= size * parameter.high:
-            allowed = f"{size * parameter.low:g} to {size * parameter.high:g} {unit}"
+        if not low <= amount <= high:
+            allowed = f"{low:g} to {high:g} {unit}"
             return key, Problem(f"{entry.id}: {name} is out of its range", value=value, allowed=allowed)
         found[name] = amount if parameter.unit == "1" else f"{number} {parameter.unit}"
     return EffectEntry(id=entry.id, strengths=found)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.arguments import checked
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.plant.device import THROTTLE, Device
 from etb_hil.plant.measured import Measured, with_measured
 from etb_hil.plant.model_check import impossible
 from etb_hil.plant.model_file import EffectEntry, FrictionModel, Sensors, read_model_file
@@ -33,7 +34,7 @@ _DRAWS = 1000
 class Model:
     """A throttle as a model file states it, or as drawn from one.
 
-    A linear drive has N for N·m, and m for rad.
+    `device`: the machine that it is of; a linear one has N for N·m, and m for rad.
 
     What was measured of it is in its parameters and effects already; `measured` says what that was.
     `friction_model`: the law of its bristles. `has_laws_as_terms`: `vector` obeys the parameters' laws over the
@@ -44,7 +45,7 @@ class Model:
     parameters: Mapping[str, Parameter]
     sensors: Sensors
     effects: tuple[EffectEntry, ...] = ()
-    is_linear: bool = False
+    device: Device = THROTTLE
     measured: Mapping[str, Measured] = field(default_factory=dict)
     has_laws_as_terms: bool = False
     friction_model: FrictionModel = FrictionModel.LUGRE
@@ -59,7 +60,7 @@ class Model:
         from etb_hil.base.stock import find  # noqa: PLC0415 (its own file loads this one)
         from etb_hil.plant.drive_file import load_plant  # noqa: PLC0415
 
-        return load_plant(find("model", str(source)))[0]
+        return load_plant(find("model", str(source)))
 
     @checked
     def write(self, path: str | Path, description: str = "") -> None:
@@ -68,11 +69,10 @@ class Model:
         InputError where it cannot be written.
         """
         from etb_hil.base.files import write_text  # noqa: PLC0415
-        from etb_hil.plant.drive_file import is_drive  # noqa: PLC0415
         from etb_hil.plant.drive_text import drive_text  # noqa: PLC0415
         from etb_hil.plant.model_text import model_text  # noqa: PLC0415
 
-        write_text(Path(path), (drive_text if is_drive(self) else model_text)(self, description or self.name))
+        write_text(Path(path), (model_text if self.device.is_throttle else drive_text)(self, description or self.name))
 
     def with_laws_as_terms(self, temperature: float) -> Model:
         """Return the model for data whose temperature is known.

@@ -78,7 +78,7 @@ def variance_text(found: ExplanationResult) -> str:
     times, unit = scale([most], models.unit)
     return (
         f"In free run, noise alone causes an error of {times * least:.3g} to {times * most:.3g} {unit} in the "
-        f"{words(signal)}. It varies because noise decides whether the plate just breaks away."
+        f"{words(signal)}. It varies because noise decides whether it just breaks away."
         f"{_in_one_part(found.errors)}"
     )
 

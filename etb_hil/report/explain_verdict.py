@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from etb_hil.report.explain_values import at_shaft, words
 from etb_hil.report.residual_text import residual_text
+from etb_hil.report.tolerance_hints import tolerance_hints
 from etb_hil.results.explained.causes import MeasuredParameter
 from etb_hil.results.explanation import ExplanationResult
 
@@ -70,7 +71,7 @@ def further_sentences(found: ExplanationResult) -> list[str]:
             f"The search was interrupted while {words(found.interrupted)}; the answer holds what was known then."
         )
         sentences.append(f"{_capital(found.stages)}.")
-    sentences += filter(None, [residual_text(found)])
+    sentences += filter(None, [residual_text(found), tolerance_hints(found)])
     sentences += [
         f"Residual of the {one.balance} balance, {one.regime}: {one.rms_over_noise_floor:.1f} times its noise floor."
         for one in found.unexplained.where[:3]

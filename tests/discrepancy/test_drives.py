@@ -1,5 +1,8 @@
 """Drives without springs, drawn by the independent generator: healthy, and with something off."""
 
+import math
+import re
+
 import pytest
 from answers import plain
 from explain_drives import CASES, outcome, searched
@@ -7,6 +10,7 @@ from generator.axis import draw_axis
 
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.plan.next_test import next_test
+from etb_hil.plant.effects.catalogue import CATALOGUE
 
 
 @pytest.mark.parametrize("motion", ["linear", "rotary"])
@@ -15,6 +19,36 @@ def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
     assert findings.verdict == "adequate"
     unit = {"linear": "m", "rotary": "rad"}[motion]
     assert plain(data_quality(findings.balances, findings.model))[0]["travel_unit"] == unit
+
+
+MACHINES = {
+    "brushless motor": {"driven": "current"},
+    "motor in volts": {"driven": "voltage"},
+    "pendulum": {"gravity": 4.0},
+    "motor in volts with a pendulum": {"driven": "voltage", "gravity": 3.0},
+    "axis on a spring": {"spring": 5.0},
+}
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_healthy_machine_is_adequate_whatever_its_parts(machine):
+    assert searched(draw_axis(222106, "rotary", **MACHINES[machine])).verdict == "adequate"
+
+
+@pytest.mark.study
+def test_a_linear_motor_in_volts_with_its_current_read_is_adequate():
+    assert searched(draw_axis(222107, "linear", driven="voltage and current")).verdict == "adequate"
+
+
+def test_gravity_that_the_file_lacks_is_named_with_its_size():
+    findings = searched(draw_axis(222108, "rotary", gravity=4.0, is_stated=False))
+    assert findings.verdict == "explained"
+    (found,) = findings.accepted
+    assert (found.winner.id, found.ambiguity_group) == ("gravity_load", [])
+    truth = draw_axis(222108, "rotary", gravity=4.0)
+    stated = float(re.search(r"gravity: {torque: ([\d.e-]+) N·m", truth.file)[1])
+    sizes = [float(findings.final.fit.whole[k]) for k in CATALOGUE["gravity_load"].indices]
+    assert math.hypot(*sizes) == pytest.approx(stated, rel=0.12)  # the file is up to 10 % off
 
 
 @pytest.mark.study

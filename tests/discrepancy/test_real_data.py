@@ -32,8 +32,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def answer():
-    model, is_drive = load_plant(EXAMPLES / "emps.drive.yaml")
-    assert is_drive
+    model = load_plant(EXAMPLES / "emps.drive.yaml")
     names = ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
     return explain([read_table(DATA / name, EXAMPLES / "emps.map.yaml") for name in names], model)
 
@@ -141,8 +140,8 @@ def test_the_rest_is_owned_up_to(answer):
 @pytest.mark.study
 def test_the_extended_drive_is_a_model_file_again(answer, tmp_path):
     write(answer, tmp_path)
-    model, is_drive = load_plant(tmp_path / "model.yaml")
-    assert is_drive
+    model = load_plant(tmp_path / "model.yaml")
+    assert not model.device.is_throttle
     assert {entry.id for entry in model.effects} == {"friction_asymmetry", "cogging_torque"}
     found = answer.holdout.best
     for id_ in ("friction_asymmetry", "cogging_torque"):

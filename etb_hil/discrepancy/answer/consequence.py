@@ -29,7 +29,7 @@ def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge 
     `whole`: the vector of the extended one. `judge`: how the bench judges this record, if the bench made it; of another
     nothing is known of its phases. A diagnosis that fails is said: the result of a long search stays.
     """
-    if any(b.measured.current is None or b.measured.is_drive for b in findings.balances):
+    if any(b.measured.current is None or not b.measured.device.is_throttle for b in findings.balances):
         return None
     try:
         judge = judge or (lambda model: _judged(findings.balances, model, limits))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.results.explanation import ExplanationResult
 from etb_hil.results.explanation_file import explanation_as_dict, explanation_from_dict
@@ -11,13 +10,16 @@ _IN_A_DRIVES_FILE = {
     "preload_open": "constant_load",
     "motor_inertia": "inertia",
     "stribeck_velocity": "settled_speed",
+    "slope_open": "stiffness_above_rest",
+    "slope_close": "stiffness_below_rest",
+    "limp_home": "spring_rest",
     "throttle_angle": "position",
 }
 
 
 def as_in_its_file(answer: ExplanationResult, model: Model) -> ExplanationResult:
     """Return an answer with a drive's own names of parameters and angle."""
-    if not is_drive(model):
+    if model.device.is_throttle:
         return answer
     plain = explanation_as_dict(answer)
     return explanation_from_dict({key: _renamed(value) for key, value in plain.items()})

@@ -64,7 +64,7 @@ def pictures(findings: Findings, holdout: Holdout) -> Pictures:
         measured=m.angle[begin : begin + samples],
         before=free_run.trace(b, first[:EXTENDED], begin),
         after=free_run.trace(b, holdout.best[:EXTENDED], begin) if findings.accepted else None,
-        position_unit="m" if m.is_linear else "rad",
+        position_unit="m" if m.device.is_linear else "rad",
         left=residual_curves(b, first, last if findings.accepted else None),
     )
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.angles import grid_of
+from etb_hil.discrepancy.measured.device_roles import driven_in
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.regimes import GUARD_TIME
 from etb_hil.discrepancy.measured.sampling import in_blocks
@@ -45,12 +46,11 @@ def _of(b: Balances, model: Model) -> DataQuality:
     saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
     if saturated > _AT_LIMIT:
         flags.append(f"the voltage is at its limit {100.0 * saturated:.0f} % of the time")
-    if m.is_drive:
-        driven = "force" if m.is_linear else "torque"
-        flags.append(f"driven in {driven}: electrical causes cannot be judged")
+    if not m.device.has_winding:
+        flags.append(f"driven in {driven_in(m.device)}: electrical causes cannot be judged")
     elif m.current is None:
         flags.append("motor_current is missing: one balance only, from the voltage; electrical causes cannot be judged")
-    if m.plate is None and not m.is_plates:
+    if m.device.is_throttle and m.plate is None and not m.is_plates:
         flags.append("no second angle: gear and shaft between motor and plate cannot be judged")
     if not m.has_temperature:
         flags.append(
@@ -58,10 +58,10 @@ def _of(b: Balances, model: Model) -> DataQuality:
         )
     flags += _laws(model)
     travel = (float(m.angle.min()), float(m.angle.max()))
-    if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
+    if m.device.is_throttle and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be distinguished")
     flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, model)
-    unit = "m" if m.is_linear else "rad"
+    unit = "m" if m.device.is_linear else "rad"
     return DataQuality(
         origin=m.origin,
         rate_hz=m.rate,
@@ -114,7 +114,7 @@ def _other_unit(m: Measurement) -> list[str]:
     times = float(np.median(np.diff(m.voltage)[edges] / jumps[edges]))
     if abs(times - 1.0) < _SAME_UNIT:
         return []
-    what, unit = ("force", "N") if m.is_linear else ("torque", "N·m")
+    what, unit = ("force", "N") if m.device.is_linear else ("torque", "N·m")
     come = f"a step of 1 {unit} changes the drive's {what} by {times:.2g} {unit}"
     return [f"command_{what} has another unit than stated: {come}; it may be a voltage"]
 

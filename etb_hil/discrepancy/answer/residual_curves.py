@@ -62,7 +62,7 @@ def _coordinates(b: Balances, whole: Vector) -> Mapping[str, tuple[Float64, str]
     """Return coordinates (samples) by name with their units."""
     m, spectrum = b.measured, b.spectrum
     angle, velocity = b.motion(whole[:EXTENDED])
-    length, turns = ("m", "m/s") if m.is_linear else ("rad", "rad/s")
+    length, turns = ("m", "m/s") if m.device.is_linear else ("rad", "rad/s")
     found = {
         ANGLE: (angle, length),
         "motor turn": (np.mod(angle * b.gear / (2.0 * np.pi), 1.0), "turns"),
@@ -71,7 +71,7 @@ def _coordinates(b: Balances, whole: Vector) -> Mapping[str, tuple[Float64, str]
     }
     if m.has_temperature:
         found["temperature"] = (m.temperature, "degC")
-    if m.current is not None and not m.is_drive:
+    if m.current is not None and m.device.has_winding:
         found["current"] = (m.current, "A")
     return {name: (spectrum.picked(values), unit) for name, (values, unit) in found.items()}
 
@@ -106,7 +106,7 @@ def _residual_curve(
                 found.append(np.where(count >= _FEWEST, total / count, np.nan))
         means.append(found)
     balance = CHANNELS[channel]
-    its = "N" if b.measured.is_linear and balance == "torque" else _UNITS[balance]
+    its = "N" if b.measured.device.is_linear and balance == "torque" else _UNITS[balance]
     shown = "force" if its == "N" else balance
     centres = 0.5 * (edges[1:] + edges[:-1])
     return ResidualCurve(shown, its, name, unit, centres, [one[0] for one in means], [one[1] for one in means])

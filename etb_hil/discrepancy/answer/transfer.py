@@ -42,7 +42,7 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, 
             gain = 1.0 - with_it.fit.cost / before.fit.cost
             carried = bool(gain > CARRIES)
             without, with_its = (_free_run(other, whole) for whole in (each.before.fit.whole, each.winner.fit.whole))
-            unit = "m" if other.measured.is_linear else "rad"
+            unit = "m" if other.measured.device.is_linear else "rad"
             found.append(
                 Transfer(
                     cause=effect.id,

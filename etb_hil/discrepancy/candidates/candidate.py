@@ -78,13 +78,16 @@ def file_name(id_: str) -> str:
 
 def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
     """Return the effects that these data cannot show, by id, with what they lack."""
-    is_drive = any(b.measured.is_drive for b in balances)
+    device = balances[0].measured.device
     angles = [b.measured.motor_and_plate for b in balances]
     lacks = {  # of two needs of one effect the later one is said
         Need.PLATE_ANGLE: (any(plate is None for _, plate in angles), "no plate angle"),
-        Need.CURRENT: (not all(b.has[1] for b in balances), "driven in force or torque" if is_drive else "no current"),
-        Need.OPEN_BRIDGE: (is_drive, "the bridge of a drive is never open"),
-        Need.THROTTLE: (is_drive, "not part of a drive"),
+        Need.CURRENT: (not all(b.has[1] for b in balances), "no current" if device.has_winding else "no winding"),
+        Need.OPEN_BRIDGE: (not device.is_throttle, "the bridge of a drive is never open"),
+        Need.THROTTLE: (not device.is_throttle, "not part of a drive"),
+        Need.SPRING: (not device.has_spring, "no spring"),
+        Need.STOPS: (not device.has_stops, "no stops"),
+        Need.PENDULUM: (not device.turns_a_load, "nothing that gravity turns"),
         Need.MOTOR_ANGLE: (any(motor is None for motor, _ in angles), "no motor angle"),
         Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
     }
@@ -98,7 +101,7 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
 
 def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
     """Return effects similar to a found one that cannot be tested without a current."""
-    if any(b.measured.is_drive or b.has[1] for b in balances):
+    if any(not b.measured.device.has_winding or b.has[1] for b in balances):
         return []
     if id_ in _OF_ELECTRICAL:
         return [effect.id for effect in acting_at(*VOLTAGE)]

@@ -80,7 +80,7 @@ class Balances:
         v = model.values
         self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
-        self.load = v.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
+        self.load = 1.0 if measured.device.is_throttle else v.coulomb / THROTTLE_FRICTION
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
         self.is_open = open_bridge(measured)
         self._samples = spectrum.of(until_next(measured.voltage, self.is_open))
@@ -97,7 +97,7 @@ class Balances:
         self._whiten, self.share_of_steps = _whitening(measured, model, spectrum)
         truth = self._truth(extended(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
-        self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)
+        self.has = (True, measured.current is not None and measured.device.has_winding, measured.plate is not None)
         self.samples = len(self.regimes.label)
         self.weights = self.regimes.start_weights(self.has)
 
@@ -139,7 +139,7 @@ class Balances:
 
         `before` (s): by how much the voltage steps before its sample.
         """
-        if self.measured.current is None or self.measured.is_drive:
+        if self.measured.current is None or not self.measured.device.has_winding:
             return np.zeros(1, np.complex128)
         # A current has a knee at each step: a fit that found steps just before and just after their samples by turns
         # would stand there. What is nearer than an encoder's jitter is at the samples.

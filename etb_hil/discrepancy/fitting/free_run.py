@@ -47,7 +47,7 @@ def errors(
     """
     m = b.measured
     samples = round(SEGMENT_S * m.rate)
-    has_current = m.current is not None and not m.is_drive
+    has_current = m.current is not None and m.device.has_winding
     found: dict[str, list[float]] = {name: [] for name in ((POSITION, CURRENT_ROLE) if has_current else (POSITION,))}
     every = max(1, round(STEP_S * m.rate)) if one_step else 0
     begins = range(0, len(m) - samples + 1, samples)

@@ -37,6 +37,10 @@ class Angles:
     def of(columns: Mapping[str, Float64], model: Model) -> Angles:
         """Return the angles of columns (n) by role, of which one at least is an angle."""
         gear = model.values.gear_ratio
+        if not model.device.is_throttle:
+            its = next((role for role in ("linear_position", "drive_angle") if role in columns), None)
+            step = 2.0 * np.pi / gear / model.sensors.motor_counts_per_turn
+            return Angles(columns["motor_angle"] / gear if its is None else columns[its], step / np.sqrt(12.0), None)
         plate_noise = plate_rms(model.sensors)
         if "motor_angle" not in columns:
             return _plates(columns["throttle_angle"], plate_noise, "motor_angle is missing")

@@ -31,7 +31,7 @@ def without_diodes(measured: Measurement, model: Model) -> Measurement:
     reading at the sample's beginning, held until the next, would be a pulse of the whole supply that the motor never
     got.
     """
-    if measured.is_drive:
+    if not measured.device.is_throttle:
         return measured
     current = measured.current
     opens = _seen_by_voltage(measured, model) if current is None else _seen_by_current(measured, current, model)

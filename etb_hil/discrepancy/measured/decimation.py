@@ -39,7 +39,7 @@ def decimated(measured: Measurement) -> Measurement:
         start_s=measured.start_s + first * measured.dt,
         voltage=voltage,
         angle=measured.angle[first:whole:every],
-        current=voltage if measured.is_drive else kept(measured.current),
+        current=kept(measured.current) if measured.device.has_winding else voltage,
         plate=kept(measured.plate),
         temperature=measured.temperature[first:whole:every],
         is_good=np.all(in_blocks(measured.is_good[first:], every), axis=1),
@@ -52,7 +52,7 @@ def decimated(measured: Measurement) -> Measurement:
 def _step(measured: Measurement) -> tuple[int, int]:
     """Return the first kept sample, and the decimation factor."""
     most = int(measured.rate / _ENOUGH + 1e-6)
-    if most <= 1 or measured.is_drive:
+    if most <= 1 or not measured.device.has_winding:
         return 0, most
     samples = np.flatnonzero(commanded(measured)) + 1
     if len(samples) < _FEWEST:

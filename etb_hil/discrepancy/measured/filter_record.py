@@ -18,12 +18,12 @@ from etb_hil.recording.samples import Float64
 def as_record(measured: Measurement, model: Model) -> Record:
     """Return a measurement as the filter takes it.
 
-    Its sensors are as good as the record shows. The force of a drive stands where a throttle has its voltage: a drive's
-    winding has 1 ohm and no lag.
+    Its sensors are as good as the record shows. A force, or a current that is imposed, stands where a winding has its
+    voltage: it has 1 ohm and no lag then.
     """
     model, bad = replace(model, sensors=measured.sensors), ~measured.is_good
     time = np.arange(len(measured), dtype=np.float64) * measured.dt
-    if measured.is_drive:
+    if not measured.device.has_winding:
         unsure = np.where(bad, np.max(np.square(measured.voltage)), 0.0)
         made = record(time, measured.voltage, model, motor=_read(measured.angle, bad), unsure=unsure)
         made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.plant.device import THROTTLE, Device
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.model_file import Sensors
 from etb_hil.recording.samples import Float64
@@ -37,8 +38,7 @@ class Measurement:
     is_good: NDArray[np.bool_]
     sensors: Sensors
     flags: tuple[str, ...] = field(default=())
-    is_drive: bool = False  # driven in force or torque: `current` is that, and there is no winding
-    is_linear: bool = False  # a drive in N and m; others are in N·m and rad
+    device: Device = THROTTLE  # without a winding, `voltage` and `current` are the force, or the current imposed
     is_plates: bool = False  # the angle is the plate sensor's: no encoder is as fine
     encoder: Float64 | None = None  # of one that is not
     is_decimated: bool = False  # the samples that a balance is made of; what is simulated along them has no others

@@ -32,7 +32,7 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     the next voltage has no part in it. A current read late has the same part each time, which leaves no scatter. Slow
     samples without a current show nothing.
     """
-    if measured.is_drive:
+    if not measured.device.has_winding:
         return False
     if measured.current is None:
         return measured.rate < _FAST

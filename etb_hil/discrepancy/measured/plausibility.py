@@ -53,11 +53,11 @@ _NOISE = 3.0  # times the sensor's, by which it does at least
 
 def must_be_of_throttle(segments: Sequence[Measurement], model: Model) -> None:
     """Refuse an implausible voltage or temperature, and angles of different motions."""
-    if driven := [m for m in segments if not m.is_drive]:
+    if driven := [m for m in segments if m.device.has_winding]:
         voltage, angle = (np.concatenate([getattr(m, name) for m in driven]) for name in ("voltage", "angle"))
         must_be_driven(driven[0].origin, voltage, angle, model.sensors)
     for m in segments:
-        if not m.is_drive:
+        if m.device.has_winding:
             _must_be_of_supply(m, model)
             _must_be_of_housing(m)
             _must_move_together(m, model)
@@ -162,7 +162,7 @@ def _must_follow_the_voltage(m: Measurement, model: Model) -> None:
 
 def must_be_of_winding(segments: Sequence[Measurement], model: Model) -> None:
     """Refuse a current in a wrong unit, clipped, or with a sign against the voltage."""
-    pairs = [(m, m.current) for m in segments if m.current is not None and not m.is_drive]
+    pairs = [(m, m.current) for m in segments if m.current is not None and m.device.has_winding]
     if not pairs:
         return
     origin, resistance = segments[0].origin, model.values.resistance

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.angles import Angles
+from etb_hil.discrepancy.measured.device_roles import angles_of, drives_of, read_beside
 from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measurement
 from etb_hil.discrepancy.measured.plausibility import TOO_FAR, off_by, suspected
 from etb_hil.discrepancy.measured.repair.clock import even_times
 from etb_hil.discrepancy.measured.repair.repaired import repaired
-from etb_hil.plant.drive_file import is_drive
+from etb_hil.plant.device import Device
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
 from etb_hil.recording.samples import Float64, Int64
@@ -27,43 +28,10 @@ _SLOW = ("temperature", "supply_voltage")  # between their samples a straight li
 _ONE_SAMPLE = (1.5, 2.5)  # steps from one value to the next with one sample missing between
 _MOST_POINTS = 10  # on the even clock for each sample: more lie in gaps, cost memory and time, and say nothing
 _STANDS = 12.0  # times the angle's noise: what moves less stands still
-# by motion: what drives it, where it is, and what a test says it adds
-DRIVES = (
-    ("linear", ("drive_force", "linear_position", "command_force")),
-    ("rotary", ("drive_torque", "drive_angle", "command_torque")),
-)
-# What an analysis of a throttle needs a value of, with what to do about it; and what it reads beside a drive.
-_NEEDED = {
-    ("motor_voltage", "motor_duty"): "a free run needs it: record one of them, or name its column in a map",
-    ("motor_angle", "throttle_angle"): "give the angle, calibrated, in rad or deg",
+_NEEDS = {  # what to do about a drive or an angle that is missing
+    "drive": "a free run needs it: record one of them, or name its column in a map",
+    "angle": "give it, calibrated, in its unit, or name its column in a map",
 }
-_READ = ("motor_current", "motor_angle", "throttle_angle")
-_DRIVEN_BY = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
-_MOVES = ("motor_angle", "throttle_angle", "linear_position", "drive_angle")
-
-
-def drive_roles(recording: Recording, *, is_linear: bool) -> tuple[str, ...]:
-    """Return the roles of a force- or torque-driven drive in a recording, if any."""
-    _, roles = DRIVES[0 if is_linear else 1]
-    return tuple(role for role in roles if role in recording.roles) if {*roles[:2]} <= set(recording.roles) else ()
-
-
-def must_be_of_one_kind(recordings: Sequence[Recording], model: Model) -> None:
-    """Refuse a throttle's recording with a drive's model, and the reverse."""
-    problems = []
-    for recording in recordings:
-        of_drive = any(drive_roles(recording, is_linear=is_linear) for is_linear in (True, False))
-        if is_drive(model) and not drive_roles(recording, is_linear=model.is_linear):
-            motion, roles = DRIVES[0 if model.is_linear else 1]
-            what = f"{recording.origin} is not measured on a {motion} drive, but the model '{model.name}' is one's"
-            remedy = "give the model file of what was measured: a drive's (schema etb_hil/drive/1, with its 'motion'), "
-            remedy += "a throttle's (schema etb_hil/model/1), or a stock one such as --model default"
-            problems.append(Problem(what, allowed=f"data with the roles {' and '.join(roles[:2])}", remedy=remedy))
-        if of_drive and not is_drive(model):
-            what = f"{recording.origin} is measured on a drive, but the model '{model.name}' is a throttle's"
-            problems.append(Problem(what, remedy="give a drive's model file (schema etb_hil/drive/1)"))
-    if problems:
-        raise InputError(*problems)
 
 
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
@@ -72,15 +40,16 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     InputError where roles are missing.
     """
     roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
-    if its := drive_roles(recording, is_linear=model.is_linear):
-        samples = recording.joined(list(its))
-        return _segments(recording, samples.time_ns, dict(samples.columns), model)
-    for wanted, remedy in _NEEDED.items():
+    drives, angles = drives_of(model.device), angles_of(model.device)
+    for kind, wanted in (("drive", drives), ("angle", angles)):
         if not set(wanted) & set(roles):
             what = f"{recording.origin} has no values of {' or '.join(wanted)}, only of {', '.join(roles) or 'nothing'}"
-            raise InputError(Problem(what, remedy=remedy))
-    drive = "motor_voltage" if "motor_voltage" in roles else "motor_duty"
-    samples = recording.joined([drive, *(role for role in _READ if role in roles)])
+            raise InputError(Problem(what, remedy=_NEEDS[kind]))
+    if model.device.has_winding and "motor_current" in roles and math.isinf(model.sensors.current_noise):
+        what = f"{recording.origin} has a motor_current, and the model '{model.name}' does not say how noisy it is"
+        raise InputError(Problem(what, remedy="state driven_by.voltage.current_noise, or leave the column out"))
+    drive = next(role for role in drives if role in roles)
+    samples = recording.joined([drive, *(role for role in read_beside(model.device) if role in roles)])
     columns = dict(samples.columns)
     for role in (role for role in _SLOW if role in roles):
         series = recording.series(role)
@@ -95,7 +64,7 @@ def _segments(
     origin = recording.origin
     if len(time_ns) < 2:
         raise InputError(Problem(f"{origin} has fewer than two samples"))
-    samples = _without_long_gaps(time_ns, columns)
+    samples = _without_long_gaps(time_ns, columns, model.device)
     time_ns, columns = time_ns[samples], {role: values[samples] for role, values in columns.items()}
     if len(time_ns) < 2:
         raise InputError(Problem(f"{origin} has fewer than two samples with both a voltage or force and an angle"))
@@ -113,7 +82,9 @@ def _segments(
             continue
         try:
             own = {role: values[part] for role, values in columns.items()}
-            times, scattered = even_times(time_ns[part], own[next(role for role in _MOVES if role in own)])
+            times, scattered = even_times(
+                time_ns[part], own[next(role for role in angles_of(model.device) if role in own)]
+            )
             apart = float(times[-1] - times[0]) * 1e-9 / (len(times) - 1) if scattered else step
             even = _even(origin, times, own, apart, model)
             _must_move(even, model)
@@ -134,12 +105,11 @@ def _segments(
     return [replace(found[0], flags=(*found[0].flags, *said)), *found[1:]]
 
 
-def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) -> NDArray[np.bool_]:
+def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64], device: Device) -> NDArray[np.bool_]:
     """Return the samples (n) outside gaps of drive or angle that are too long."""
     kept = np.ones(len(time_ns), np.bool_)
-    drive = next(role for role in _DRIVEN_BY if role in columns)
-    angle = next(role for role in _MOVES if role in columns)
-    for role in (drive, angle):
+    for wanted in (drives_of(device), angles_of(device)):
+        role = next(role for role in wanted if role in columns)
         known = np.isfinite(columns[role])
         times = np.concatenate([time_ns[:1] - 1, time_ns[known], time_ns[-1:] + 1])
         after = np.searchsorted(times, time_ns, "right")
@@ -150,14 +120,14 @@ def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) 
 
 def _must_move(m: Measurement, model: Model) -> None:
     """Refuse a segment at rest, or with more travel than the model's stops allow."""
-    way, unit = float(np.ptp(m.angle)), "m" if m.is_linear else "rad"
+    way, unit = float(np.ptp(m.angle)), "m" if m.device.is_linear else "rad"
     if way <= _STANDS * m.angle_noise:
         what = f"{m.origin} stands still from {m.start_s:.1f} s on"
         least = f"more than {_STANDS * m.angle_noise:.2g} {unit}"
         remedy = "move it over its travel, such as by the scenario isolability"
         raise InputError(Problem(what, value=f"{way:.2g} {unit}", allowed=least, remedy=remedy))
     between = model.values.stop_high - model.values.stop_low
-    if not m.is_drive and way > TOO_FAR * between:
+    if m.device.is_throttle and way > TOO_FAR * between:
         what = f"{m.origin}: the plate moves beyond the model's stops"
         if way / off_by("deg", "rad") <= TOO_FAR * between:
             what += f"; {suspected('deg', 'rad')}"
@@ -199,18 +169,16 @@ def _even(
 def _measurement(
     origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
 ) -> Measurement:
-    if is_drive(model):
-        return _drive(origin, start, rate, even, good, model)
-    angles = Angles.of(even, model)
-    flags = list(angles.flags)
-    if "motor_voltage" in even:
-        voltage = even["motor_voltage"]
-    else:
+    device, flags = model.device, list[str]()
+    if "motor_duty" in even and "motor_voltage" not in even:
         voltage = even["motor_duty"] * even.get(
-            "supply_voltage", np.full(len(angles.angle), model.values.supply_voltage)
+            "supply_voltage", np.full_like(even["motor_duty"], model.values.supply_voltage)
         )
         flags.append("motor_voltage is duty times supply")
+    else:
+        voltage = even[next(role for role in drives_of(device) if role in even)]
     temperature = even.get("temperature")
+    angles = Angles.of(even, model)
     return Measurement(
         origin=origin,
         rate=rate,
@@ -218,40 +186,17 @@ def _measurement(
         voltage=voltage,
         angle=angles.angle,
         angle_noise=angles.noise,
-        current=even.get("motor_current"),
+        current=even.get("motor_current") if device.has_winding else voltage,
         plate=angles.plate,
         temperature=np.full(len(angles.angle), ROOM_TEMPERATURE) if temperature is None else temperature,
         has_temperature=temperature is not None and float(np.ptp(temperature)) > CHANGES,
         is_good=good,
         sensors=model.sensors,
-        flags=tuple(flags),
+        flags=(*angles.flags, *flags),
         is_plates=angles.is_plates,
         encoder=angles.encoder,
-    )
-
-
-def _drive(
-    origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
-) -> Measurement:
-    _, (drives, moves, adds) = DRIVES[0 if model.is_linear else 1]
-    position, force = even[moves], even[drives]
-    step = 2.0 * np.pi / model.values.gear_ratio / model.sensors.motor_counts_per_turn
-    return Measurement(
-        origin=origin,
-        rate=rate,
-        start_s=start,
-        voltage=force,
-        angle=position,
-        angle_noise=step / np.sqrt(12.0),
-        current=force,
-        plate=None,
-        temperature=np.full(len(position), ROOM_TEMPERATURE),
-        has_temperature=False,
-        is_good=good,
-        sensors=model.sensors,
-        is_drive=True,
-        is_linear=model.is_linear,
-        added=even.get(adds),
+        device=device,
+        added=even.get("command_force", even.get("command_torque")),
     )
 
 

@@ -19,7 +19,6 @@ from etb_hil.discrepancy.plan.planned import Plan, recorded
 from etb_hil.discrepancy.plan.prospects import Left, Truth, expected_beside, left_beside, members
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
 from etb_hil.hypotheses.constants import GAIN
-from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -72,7 +71,7 @@ def next_test(
         found = replace(findings.selection_steps[-1], ambiguity_group=[_others(findings.selection_steps[-1])[0].ids[0]])
     else:
         return None
-    is_throttle = not any(b.measured.is_drive for b in findings.balances)
+    is_throttle = findings.model.device.is_throttle
     if not plans or not is_throttle:
         return _said(found, None, None, findings.model)
     progress("comparing scenarios as the next test")
@@ -115,7 +114,7 @@ def _said(found: SelectionStep, best: Outlook | None, bench: BenchPlan | None, m
         expected = Separation(distances.get(competitor), UNIT, tuple(parted), tuple(left))
     return NextTest(
         pair=(first, competitor),
-        text=_by_hand(first, (left or [competitor]) if parted else competitors, of_drive=is_drive(model)),
+        text=_by_hand(first, (left or [competitor]) if parted else competitors, of_drive=not model.device.is_throttle),
         separation_here=away,
         expected_separation=expected,
         scenario=None if plan is None else plan.name,

@@ -89,7 +89,7 @@ class Findings:
     @property
     def is_linear(self) -> bool:
         """Whether the findings are of a drive in N and m."""
-        return self.balances[0].measured.is_linear
+        return self.model.device.is_linear
 
     @property
     def final(self) -> Calibration:

@@ -22,7 +22,7 @@ def consider_force_scale(findings: Findings) -> None:
     The scale is tried in place of all causes, then of the parametric faults alone, with every parameter in its
     tolerance. A throttle's voltage balance identifies the current's scale; in a drive only the tolerances do.
     """
-    if not findings.balances[0].measured.is_drive:
+    if findings.model.device.has_winding:
         return
     (scale,) = acting_at(Port.CURRENT_SCALE)
     numbers = [each for each in findings.accepted if each.winner.candidate.effect is None]

@@ -23,7 +23,7 @@ def calibrated_so_far(calibration: Calibration, model: Model) -> dict[str, Calib
     """Return the calibrated base parameters without intervals."""
     return {
         unknown.name: CalibratedParameter(
-            unit=value_unit(unknown.name, is_linear=model.is_linear),
+            unit=value_unit(unknown.name, is_linear=model.device.is_linear),
             nominal=float(getattr(model.values, unknown.name)),
             value=float(calibration.fit.whole[unknown.place]),
             interval=None,

@@ -206,7 +206,7 @@ def _calibrated(model: Model, found: SweepFit) -> Mapping[str, CalibratedParamet
         elif on_bound:
             flags.append("on a bound: these data do not determine it, or the model lacks an effect")
         result[unknown.name] = CalibratedParameter(
-            unit=value_unit(unknown.name, is_linear=model.is_linear),
+            unit=value_unit(unknown.name, is_linear=model.device.is_linear),
             nominal=float(getattr(model.values, unknown.name)),
             value=value,
             interval=(max(value - reach, low), min(value + reach, high)),

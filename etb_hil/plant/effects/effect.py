@@ -48,6 +48,9 @@ class Need(Enum):
     MOTOR_ANGLE = "the motor's angle"
     OPEN_BRIDGE = "coasting with the bridge open"
     THROTTLE = "a plate with springs, stops and a gear"
+    SPRING = "a spring"
+    STOPS = "stops"
+    PENDULUM = "a shaft that may turn a load against gravity"
 
 
 class BenchMeasurement(StrEnum):

@@ -54,7 +54,7 @@ EFFECT = Effect(
             0.1,
         ),
     ),
-    looks_like="opening and closing need different torque, also where the spring turns round",
+    looks_like="one direction needs more torque than the other, also where the load turns round",
     check="read the current sensor's zero, then look for a one-sided seal or brush",
     look_alikes=("spring_preload_shift", "current_sensor_offset"),
     separated_by="sweep through limp-home, and read the current's zero with the bridge off",

@@ -37,5 +37,5 @@ EFFECT = Effect(
     finer=(finer("threshold", "N·m", 0.0, 0.3, "tau_0: a load that the teeth's film still carries", 0.05),),
     is_one_way=True,
     terms={Port.FRICTION_TORQUE: torque},
-    needs=frozenset({Need.THROTTLE}),
+    needs=frozenset({Need.SPRING}),
 )

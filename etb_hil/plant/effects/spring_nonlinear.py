@@ -47,6 +47,6 @@ EFFECT = Effect(
         finer("knee", "1", -0.4, 0.4, "m: where it does, from the middle of the travel", 0.05),
     ),
     terms={Port.SPRING_TORQUE: torque},
-    needs=frozenset({Need.THROTTLE}),
+    needs=frozenset({Need.SPRING}),
     by_bench=(BenchMeasurement.SPRINGS, {"quadratic": 0.005, "cubic": 0.005, "quartic": 0.005}),
 )

@@ -1,6 +1,7 @@
-"""A drive without springs: a linear or rotary axis under a position controller, driven in force and read with noise.
+"""An axis under a position controller, linear or rotary, driven in force, current or volts and read with noise.
 
-In a linear axis' words (kg, N, m): for a rotary one they are kg·m², N·m and rad.
+In a linear axis' words (kg, N, m): for a rotary one they are kg·m², N·m and rad. It may carry a mass beside its shaft,
+or pull a spring.
 """
 
 import math
@@ -15,6 +16,8 @@ _CONTROL = 100  # ticks from one command to the next
 _BANDWIDTH = 80.0  # rad/s of the controller
 
 MASS, VISCOUS, COULOMB, STICTION, SETTLED, STIFFNESS, DAMPING, LOAD, ASYMMETRY, TOOTH, TURN, STEP = range(12)
+GRAVITY, HANGS, SPRING, REST, RESISTANCE, INDUCTANCE, CONSTANT = range(12, 19)
+_SIZE = 19
 _MOTIONS = {
     # mass, coulomb, viscous, settled speed, presliding, steps of the sensor in a turn; way, speed, acceleration
     "linear": ((20, 150), (10, 60), (50, 400), (8e-3, 3e-2), (5e-6, 2e-5), (5e4, 5e4), (0.2, 0.35, 4.0)),
@@ -43,13 +46,17 @@ def _rates(x, v, z, force, p):
     rate = v - p[STIFFNESS] * abs(v) / g * z
     drag = p[STIFFNESS] * z + p[DAMPING] * rate + p[VISCOUS] * v + p[LOAD]
     drag += p[TOOTH] * math.sin(2.0 * math.pi * x / p[TURN])
+    drag += p[GRAVITY] * math.sin(x - p[HANGS]) + p[SPRING] * (x - p[REST])
     return (force - drag) / p[MASS], rate
 
 
 @compiled()
 def _run(wanted, speeds, ahead, every, most, p, out):
-    """Follow a path (a row each command) and write position and force (rows of `out`), every so many ticks."""
-    x, v, z, force, told = wanted[0], 0.0, 0.0, 0.0, wanted[0]
+    """Follow a path (a row each command) and write position, drive and current (rows of `out`), every so many ticks.
+
+    The drive is the force; with a winding it is the voltage that the controller holds to get that force.
+    """
+    x, v, z, force, told, volts, amperes = wanted[0], 0.0, 0.0, 0.0, wanted[0], 0.0, 0.0
     gain, damping = _BANDWIDTH**2 * p[MASS], 1.6 * _BANDWIDTH * p[MASS]
     for k in range(wanted.size * _CONTROL):
         if k % _CONTROL == 0:
@@ -59,23 +66,47 @@ def _run(wanted, speeds, ahead, every, most, p, out):
             told = now
             force = gain * (wanted[at] - now) + damping * (speeds[at] - speed) + ahead[at]
             force = min(max(force, -most), most)
+            if p[CONSTANT] > 0.0:
+                volts = p[RESISTANCE] * force / p[CONSTANT] + p[CONSTANT] * speed
         if k % every == 0:
-            out[k // every, 0], out[k // every, 1] = x, force
+            out[k // every, 0], out[k // every, 1] = x, volts if p[CONSTANT] > 0.0 else force
+            out[k // every, 2] = amperes
+        if p[CONSTANT] > 0.0:
+            slope = (volts - p[CONSTANT] * v - p[RESISTANCE] * amperes) / p[INDUCTANCE]
+            middle = amperes + 0.5 * TICK * slope
+            amperes += TICK * (volts - p[CONSTANT] * v - p[RESISTANCE] * middle) / p[INDUCTANCE]
+            force = p[CONSTANT] * amperes
         a1, b1 = _rates(x, v, z, force, p)
         v1 = v + 0.5 * TICK * a1
         a2, b2 = _rates(x + 0.5 * TICK * v, v1, z + 0.5 * TICK * b1, force, p)
         x, v, z = x + TICK * v1, v + TICK * a2, z + TICK * b2
 
 
-def draw_axis(seed, motion="linear", *, force_scale=1.0, wrong=(), asymmetry=0.0, tooth=0.0, rate=1000, seconds=40.0):
+def draw_axis(
+    seed,
+    motion="linear",
+    *,
+    driven="force",
+    gravity=0.0,
+    spring=0.0,
+    is_stated=True,
+    force_scale=1.0,
+    wrong=(),
+    asymmetry=0.0,
+    tooth=0.0,
+    rate=1000,
+    seconds=40.0,
+):
     """Draw an axis, run it for `seconds` and measure it at `rate` rows a second; its file is up to 10 % off.
 
-    `force_scale`: what its force is read as, over what it is; `wrong`: {parameter's place: true value over the drawn
-    one}; `asymmetry`: a share of the friction; `tooth`: a force that comes once a turn, in shares of the friction.
+    `driven`: "force", "current", "voltage", or "voltage and current" where both were read. `gravity`, `spring`: their
+    force at most, in shares of the friction; `is_stated`: whether the file has them. `force_scale`: what its force is
+    read as, over what it is; `wrong`: {parameter's place: true value over the drawn one}; `asymmetry`: a share of the
+    friction; `tooth`: a force that comes once a turn, in shares of the friction.
     """
     rng = np.random.default_rng([seed, *motion.encode()])
     mass, coulomb, viscous, settled, presliding, steps, (way, speed, acceleration) = _MOTIONS[motion]
-    p = np.zeros(12)
+    p = np.zeros(_SIZE)
     places = (MASS, COULOMB, VISCOUS, SETTLED, STIFFNESS)
     for place, ends in zip(places, (mass, coulomb, viscous, settled, presliding), strict=True):
         p[place] = rng.uniform(*ends)
@@ -83,24 +114,49 @@ def draw_axis(seed, motion="linear", *, force_scale=1.0, wrong=(), asymmetry=0.0
     p[STEP] = p[TURN] / rng.uniform(*steps)
     p[STICTION] = p[COULOMB] * rng.uniform(1.0, 1.05)
     p[LOAD] = p[COULOMB] * rng.uniform(-0.3, 0.3)
+    if gravity or spring:
+        p[GRAVITY], p[HANGS] = gravity * p[COULOMB], rng.uniform(-3.0, 3.0)
+        p[SPRING], p[REST] = spring * p[COULOMB] / way, rng.uniform(-0.2, 0.2) * way
+    if spring:
+        p[LOAD] = 0.0
     believed = p * rng.uniform(1.0 / 1.1, 1.1, len(p))
     believed[LOAD] = p[LOAD] + 0.05 * p[COULOMB] * rng.uniform(-1.0, 1.0)
+    believed[HANGS], believed[REST] = p[HANGS], p[REST] + 0.01 * way * rng.uniform(-1.0, 1.0)
     p[STIFFNESS] = p[COULOMB] / p[STIFFNESS]
     p[DAMPING] = 0.02 * p[COULOMB] / p[SETTLED]
     p[ASYMMETRY], p[TOOTH] = asymmetry, tooth * p[COULOMB]
+    most = 40.0 * p[COULOMB] + 3.0 * p[MASS] * acceleration
+    if driven != "force":
+        # A motor that takes 10 A at the most, and its winding: the back-EMF is half of the voltage at full speed.
+        p[CONSTANT] = most / 10.0
+        p[RESISTANCE] = rng.uniform(0.5, 1.5) * p[CONSTANT] * speed / 10.0
+        p[INDUCTANCE] = p[RESISTANCE] * rng.uniform(2e-4, 8e-4)
+        places = [RESISTANCE, INDUCTANCE, CONSTANT]
+        believed[places] = p[places] * rng.uniform(1.0 / 1.05, 1.05, 3)
     for place, factor in dict(wrong).items():
         p[place] *= factor
-    noise = 0.01 * believed[COULOMB]
     path = _path(rng, seconds, way, speed, acceleration)
     speeds = np.gradient(path, _CONTROL * TICK)
     ahead = believed[MASS] * np.gradient(speeds, _CONTROL * TICK) + believed[VISCOUS] * speeds
-    out = np.empty((round(seconds * rate), 2))
-    most = 40.0 * p[COULOMB] + 3.0 * p[MASS] * acceleration
-    _run(path, speeds, ahead, round(1.0 / (rate * TICK)), most, p, out)
-    read = force_scale * (out[:, 1] + noise * rng.standard_normal(len(out)))
-    force_role, way_role = ROLES[motion]
-    table = {"time": np.arange(len(out)) / rate, force_role: read, way_role: np.round(out[:, 0] / p[STEP]) * p[STEP]}
-    return Axis(table, _file(believed, p, noise, motion))
+    out = np.empty((round(seconds * rate), 3))
+    run = p.copy()
+    if driven == "current":
+        run[CONSTANT] = 0.0
+    _run(path, speeds, ahead, round(1.0 / (rate * TICK)), most, run, out)
+    noise = 0.01 * believed[COULOMB]
+    way_role = ROLES[motion][1]
+    table = {"time": np.arange(len(out)) / rate, way_role: np.round(out[:, 0] / p[STEP]) * p[STEP]}
+    if driven == "force":
+        table[ROLES[motion][0]] = force_scale * (out[:, 1] + noise * rng.standard_normal(len(out)))
+    elif driven == "current":
+        noise /= p[CONSTANT]
+        table["motor_current"] = out[:, 1] / p[CONSTANT] + noise * rng.standard_normal(len(out))
+    else:
+        noise *= p[RESISTANCE] / p[CONSTANT]
+        table["motor_voltage"] = out[:, 1] + noise * rng.standard_normal(len(out))
+        if driven == "voltage and current":
+            table["motor_current"] = out[:, 2] + noise / p[RESISTANCE] * rng.standard_normal(len(out))
+    return Axis(table, _file(believed, p, noise, motion, driven, is_stated))
 
 
 def _path(rng, seconds, way, speed, acceleration):
@@ -133,20 +189,32 @@ def _path(rng, seconds, way, speed, acceleration):
     return np.convolve(np.pad(path, 20, mode="edge"), window / window.sum(), "valid")
 
 
-def _file(believed, p, noise, motion):
+def _file(believed, p, noise, motion, driven, is_stated):
     unit = _UNITS[motion]
 
-    def entry(place, of, tolerance="20 %"):
-        return f"{{value: {believed[place]:.6g} {unit[of]}, tolerance: {tolerance}, source: drawn}}"
+    def entry(place, its, tolerance="20 %"):
+        return f"{{value: {believed[place]:.6g} {its}, tolerance: {tolerance}, source: drawn}}"
 
-    lines = ["schema: etb_hil/drive/1", "name: drawn axis", "description: nominal values of a drawn axis"]
-    lines += [f"motion: {motion}", f"inertia: {entry(MASS, 'mass')}", f"viscous: {entry(VISCOUS, 'damping')}"]
-    lines += [f"coulomb: {entry(COULOMB, 'force')}"]
-    lines += [f"constant_load: {entry(LOAD, 'force', f'{0.2 * believed[COULOMB]:.4g} ' + unit['force'])}"]
-    lines += [
-        f"presliding: {believed[STIFFNESS]:.6g} {unit['way']}",
-        f"settled_speed: {believed[SETTLED]:.6g} {unit['speed']}",
-    ]
+    constant = f"torque_constant: {entry(CONSTANT, unit['force'] + '/A', '5 %')}"
+    if driven == "force":
+        drive = f"{'force' if motion == 'linear' else 'torque'}: {{noise: {noise:.6g} {unit['force']}}}"
+    elif driven == "current":
+        drive = f"current: {{{constant}, noise: {noise:.6g} A}}"
+    else:
+        drive = f"voltage: {{resistance: {entry(RESISTANCE, 'ohm', '10 %')}, {constant}, limit: 10000 V,"
+        drive += f" inductance: {entry(INDUCTANCE, 'H')}, noise: {noise:.6g} V"
+        drive += f", current_noise: {noise / p[RESISTANCE]:.6g} A}}" if "current" in driven else "}"
+    load = [f"constant: {entry(LOAD, unit['force'], f'{0.2 * believed[COULOMB]:.4g} ' + unit['force'])}"]
+    if p[GRAVITY] and is_stated:
+        load.append(f"gravity: {{torque: {believed[GRAVITY]:.6g} N·m, hangs_at: {believed[HANGS]:.6g} rad}}")
+    if p[SPRING]:
+        rest = entry(REST, unit["way"], f"{0.02 * abs(p[COULOMB] / p[SPRING]) + 0.02:.4g} {unit['way']}")
+        load = [f"spring: {{stiffness: {entry(SPRING, unit['force'] + '/' + unit['way'])}, rest: {rest}}}"]
+    lines = ["schema: etb_hil/drive/2", "name: drawn axis", "description: nominal values of a drawn axis"]
+    lines += [f"motion: {motion}", f"driven_by: {{{drive}}}", f"inertia: {entry(MASS, unit['mass'])}"]
+    lines += [f"friction: {{viscous: {entry(VISCOUS, unit['damping'])}, coulomb: {entry(COULOMB, unit['force'])},"]
+    lines += [f"  presliding: {believed[STIFFNESS]:.6g} {unit['way']},"]
+    lines += [f"  settled_speed: {believed[SETTLED]:.6g} {unit['speed']}}}"]
+    lines += [f"load: {{{', '.join(load)}}}"]
     lines += [f"travel_per_turn: {p[TURN]:.9g} {unit['way']}", f"position_step: {p[STEP]:.9g} {unit['way']}"]
-    lines += [f"drive_noise: {noise:.6g} {unit['force']}"]
     return "\n".join(lines) + "\n"

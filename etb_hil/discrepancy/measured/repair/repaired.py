@@ -17,7 +17,7 @@ from etb_hil.plant.parameters import Model
 
 def repaired(measured: Measurement, model: Model) -> Measurement:
     """Return a throttle's measurement without sensor errors; its flags say which."""
-    if measured.is_drive or measured.rate < SLOWEST:
+    if not measured.device.has_winding or measured.rate < SLOWEST:
         return measured
     m = _with_its_noise(measured)
     m = _coasting(m, model)  # a winding whose voltage is not its own would keep samples and spikes from being judged
