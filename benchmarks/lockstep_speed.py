@@ -11,6 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from etb_hil.base.collector import collect_rarely
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
 
@@ -22,6 +23,7 @@ def main():
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--profile", action="store_true")
     options = parser.parse_args()
+    collect_rarely()  # as the command does
     job = prepare(
         JobFiles(
             find("scenario", options.scenario),

@@ -6,6 +6,13 @@ Lateness is the host's grade at wall clock, and no part of a verdict.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Int64 = NDArray[np.int64]
 
 STALL_NS = 5_000_000  # later than this the host stalled; below it is an ordinary scheduler
 
@@ -25,6 +32,13 @@ class Lateness:
         self.sum_ns += late_ns
         self.worst_ns = max(self.worst_ns, late_ns)
         self.stalls += late_ns > STALL_NS
+
+    def note_all(self, late_ns: Int64) -> None:
+        """Count waits (n)."""
+        self.waits += len(late_ns)
+        self.sum_ns += int(late_ns.sum())
+        self.worst_ns = max(self.worst_ns, int(late_ns.max(initial=0)))
+        self.stalls += int((late_ns > STALL_NS).sum())
 
     @property
     def mean_ns(self) -> int:

@@ -61,13 +61,13 @@ class Beat:
         gear_ratio: float,
         *,
         supply: Condition | None,
-        show: Callable[[int], None],
+        show: Callable[[int], None] | None,
         signals: StopSignals,
         spent_ns: int = 0,
     ) -> None:
         """Run at the bench's command rate.
 
-        `show` is called with the time in ns, a few times a second.
+        `show` is called with the time in ns, a few times a second, where somebody watches.
 
         `spent_ns` of the bench's longest run were spent before.
         """
@@ -148,10 +148,15 @@ class Beat:
         until_ns = self._tap.ahead_until_ns
         if not until_ns or self._interlock is not None or self.next_ns < self._alone_until_ns:
             return 0
-        now_ns = self._clock.now_ns()
-        ends_ns = min(until_ns, self._end_ns, self.supervisor.fresh_until_ns())
-        shown = -((now_ns - self._show_due_ns) // self.tick_ns)
-        return min((ends_ns - now_ns) // self.tick_ns, shown) if now_ns == self.next_ns else 0
+        if self._clock.now_ns() != self.next_ns:
+            return 0
+        ends_ns = min(self._end_ns, self.supervisor.fresh_until_ns())
+        room = min((ends_ns - self.next_ns) // self.tick_ns, self._beats_until(until_ns))
+        return room if self._show is None else min(room, self._beats_until(self._show_due_ns))
+
+    def _beats_until(self, time_ns: int) -> int:
+        """Return how many beats there are up to the one in which a time comes."""
+        return -((self.next_ns - time_ns) // self.tick_ns)
 
     def ahead(self, set_points: Sequence[SetPoint]) -> bool:
         """Live as many beats at once as there are set-points, if there is `room`.
@@ -170,12 +175,12 @@ class Beat:
         if came is None or ages_ns is None:
             self._alone_until_ns = int(times_ns[-1])
             return False
-        self._tap.keep(came.frames)
+        self._tap.keep_ahead(came)
         self._moves, self.commanded, self.next_ns = moves, set_points[-1], int(times_ns[-1])
-        for sent_ns, age_ns in zip(times_ns.tolist(), ages_ns.tolist(), strict=False):
+        for sent_ns in times_ns[:-1].tolist():
             self._pause.note(sent_ns)
-            self.lateness.note(0)
-            self.frame_age.note(max(age_ns, 0))
+        self.lateness.note_all(np.zeros_like(ages_ns))
+        self.frame_age.note_all(np.maximum(ages_ns, 0))
         self._end(self.next_ns)
         return True
 
@@ -197,7 +202,7 @@ class Beat:
         self._tap.check()
         if self._tap.talk is not None:
             self._tap.talk.check()
-        if now_ns >= self._show_due_ns:
+        if self._show is not None and now_ns >= self._show_due_ns:
             self._show_due_ns = now_ns + round(WATCH_S * 1e9)
             self._show(now_ns)
 

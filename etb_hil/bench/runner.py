@@ -77,7 +77,7 @@ class Runner:
             clock,
             self._throttle.gear_ratio,
             supply=supply,
-            show=show,
+            show=None if watcher is nobody else show,
             signals=signals,
             spent_ns=spent_ns,
         )

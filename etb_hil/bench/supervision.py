@@ -192,17 +192,18 @@ class Supervisor(Rewindable):
         Their stamps rise. None where a sample is too old by then, and where more than stamps decides: a role comes in
         several messages, or nothing was asked for.
         """
-        found = []
-        for role, newest_ns in self._newest_ns.items():
-            stamps = [block.stamp_ns[~np.isnan(block.columns[role])] for block in blocks if role in block.columns]
-            if len(stamps) > 1:
-                return None
-            known = np.concatenate([np.array([newest_ns]), *stamps])
-            found.append(known[np.searchsorted(known, times_ns, side="right") - 1])
-        if not found:
+        if not self._newest_ns:
             return None
-        measured_ns = np.minimum.reduce(found)
-        return None if np.any(times_ns - measured_ns > self._frame_age_ns) else measured_ns
+        measured_ns = np.full(len(times_ns), MAX_NS)
+        for role, newest_ns in self._newest_ns.items():
+            parts = [block for block in blocks if role in block.columns]
+            if len({block.source for block in parts}) > 1:
+                return None
+            known_ns = np.full(len(times_ns), newest_ns)
+            for block in parts:
+                _renew(known_ns, block.stamp_ns, block.columns[role], times_ns)
+            np.minimum(measured_ns, known_ns, out=measured_ns)
+        return None if (times_ns - measured_ns > self._frame_age_ns).any() else measured_ns
 
     def _age_trip(self, name: str, stamp_ns: int, now_ns: int, allowed_ns: int) -> Trip:
         """Return what a stamp says that is so far ahead of the clock, or so far behind it."""
@@ -326,6 +327,20 @@ def _extremes(values: Float64) -> tuple[float, float]:
         low = min(low, value)
         high = max(high, value)
     return low, high
+
+
+@njit(cache=True, error_model="numpy")
+def _renew(known_ns: Int64, stamp_ns: Int64, values: Float64, times_ns: Int64) -> None:
+    """Bring the stamp of the newest good sample, as known at times (n), up to date."""
+    newest = -1
+    seen = 0
+    for k in range(len(times_ns)):
+        while seen < len(stamp_ns) and stamp_ns[seen] <= times_ns[k]:
+            if not np.isnan(values[seen]):
+                newest = seen
+            seen += 1
+        if newest >= 0:
+            known_ns[k] = stamp_ns[newest]
 
 
 @njit(cache=True, error_model="numpy")

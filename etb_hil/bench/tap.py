@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 FLUSH_S = 0.02  # what a killed run may lose is this and one beat, and as long as the host stalls
 SIGNAL_BITS = {"current": 1, "encoder": 2}
+_COMMANDED = ("command_mode", "command_enable", "command_position", "command_velocity", "command_voltage")
 
 
 class RawLog(Protocol):
@@ -106,36 +107,45 @@ class Tap:
 
     def command(self, set_point: SetPoint) -> None:
         """Send one set-point."""
-        self._send(_values_of(set_point))
+        self._send(dict(zip(_COMMANDED, _row_of(set_point), strict=True)))
         self._ask()  # behind the set-point, which waits for nothing
 
     @property
     def ahead_until_ns(self) -> int:
-        """Until when `ahead` may live at most; 0 where it may not."""
+        """Until when `ahead` may live at most: the end of a segment.
+
+        It is 0 where the bench may not live ahead.
+        """
         if self._virtual is None or self.talk is not None:
             return 0
         can = self._virtual.network.can_rewind and self._analysis.can_rewind
-        return self._analysis.segment_end_ns - 1 if can else 0
+        return self._analysis.segment_end_ns if can else 0
 
     def ahead(self, set_points: Sequence[SetPoint], sent_ns: Int64, until_ns: int) -> Ahead | None:
         """Send set-points (n) at their times, and live until a time after all of them.
 
-        None where one of them cannot be sent, or something fails: nothing has happened then.
+        None where one of them cannot be sent, or something fails: nothing has happened then. What came is neither
+        logged nor judged before `keep_ahead`.
         """
         link = self._virtual
         if link is None:
             return None
         marks: Marks = [(part, part.mark()) for part in (link.network, self._encoder, self._analysis)]
         try:
-            values = [_values_of(one) for one in set_points]
-            columns = {role: np.array([each[role] for each in values]) for role in values[0] if role in self._carried}
+            values = np.array([_row_of(one) for one in set_points], np.float64).T
+            columns = {role: each for role, each in zip(_COMMANDED, values, strict=True) if role in self._carried}
             commands = self._encoder.encode(columns, sent_ns)
             link.ahead(commands, until_ns, marks[0][1])
             frames = link.receive()
-            return Ahead(frames, self._analysis.push(frames), marks)
+            return Ahead(frames, self._analysis.decode(frames), marks)
         except Exception:  # noqa: BLE001 (whatever fails, the beat that it belongs to meets it again)
             rewind(marks)
             return None
+
+    def keep_ahead(self, came: Ahead) -> None:
+        """Log and judge what came ahead."""
+        self.keep(came.frames)
+        self._analysis.judge()
 
     def request(self, measure: Measure) -> None:
         """Ask the controller for samples until told otherwise."""
@@ -220,12 +230,7 @@ class Tap:
         self._link.send(self._encoder.encode(values, self._clock.now_ns()))
 
 
-def _values_of(set_point: SetPoint) -> dict[str, float]:
+def _row_of(set_point: SetPoint) -> tuple[float, float, float, float, float]:
     """Return the values of the commanded roles."""
-    return {
-        "command_mode": float(set_point.mode),
-        "command_enable": float(set_point.enable),
-        "command_position": set_point.position,
-        "command_velocity": set_point.velocity,
-        "command_voltage": set_point.voltage,
-    }
+    mode, enable = float(set_point.mode), float(set_point.enable)
+    return mode, enable, set_point.position, set_point.velocity, set_point.voltage

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from etb_hil.base.compiled import njit
 from etb_hil.plant.exactmath import exp
 
 TWO_SIDED_95 = 1.96
@@ -17,6 +18,7 @@ _CLOSE = 1e-6  # of the width: the next step would be its square
 _PER_SQRT_TWO_PI = 0.3989422804014327
 
 
+@njit(cache=True, error_model="numpy")
 def half_width(normal: float, even: float) -> float:
     """Return what a sum of two errors stays within in 95 % of cases.
 
@@ -52,11 +54,13 @@ def combined(evens: Sequence[float], normal: float = 0.0) -> float:
     return half_width(math.sqrt(variance), ordered[0] if ordered else 0.0)
 
 
+@njit(cache=True, error_model="numpy")
 def _integral(x: float) -> float:
     """Return the integral of the normal distribution's function up to x."""
-    return x * share_below(x) + _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x))
+    return x * share_below(x) + _PER_SQRT_TWO_PI * exp(-0.5 * x * x)
 
 
+@njit(cache=True, error_model="numpy")
 def share_below(x: float) -> float:
     """Return the standard normal distribution's function, within 1e-7.
 
@@ -64,5 +68,5 @@ def share_below(x: float) -> float:
     """
     t = 1.0 / (1.0 + 0.2316419 * abs(x))
     series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))
-    above = _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x)) * series
+    above = _PER_SQRT_TWO_PI * exp(-0.5 * x * x) * series
     return 1.0 - above if x >= 0.0 else above

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -61,10 +61,10 @@ class Analysis(Rewindable):
 
     Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
     Without `keep`, the Recording holds the samples' times alone: logs may be long. `bus` tells how long frames take.
-    What `push` does can be rewound while no segment ends in it, which it does at `segment_end_ns`.
+    What `decode` does can be rewound, until `judge`.
     """
 
-    LIVES = ("decoder", "_bus_time", "_newest_ns")
+    LIVES = ("decoder", "_newest_ns", "_judged_ns", "_frames", "_ended")
 
     def __init__(
         self,
@@ -92,6 +92,8 @@ class Analysis(Rewindable):
         self._judged_ns = 0
         self._parts = _Parts()
         self._newest_ns = 0
+        self._frames: list[FrameBlock] = []  # of the segment that has not ended, for `_bus_time`
+        self._ended: list[_Ended] = []
         self.dialect = dialect
         slow = {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)}
         self._requested = [one.role for one in fitted]
@@ -125,10 +127,17 @@ class Analysis(Rewindable):
         return begins_ns
 
     def push(self, frames: FrameBlock) -> list[SampleBlock]:
+        """Take frames in the order of their arrival; return the samples that they brought."""
+        blocks = self.decode(frames)
+        self.judge()
+        return blocks
+
+    def decode(self, frames: FrameBlock) -> list[SampleBlock]:
         """Take frames in the order of their arrival; return the samples that they brought.
 
-        Where segments end is decided by the frames, not by the calls: stamps of a clock that was set back do not tell
-        which command a sample came after, only the order of arrival within a segment does.
+        Segments that end wait for `judge`. Where they end is decided by the frames, not by the calls: stamps of a clock
+        that was set back do not tell which command a sample came after, only the order of arrival within a segment
+        does.
         """
         blocks: list[SampleBlock] = []
         while len(frames.stamp_ns):
@@ -140,14 +149,20 @@ class Analysis(Rewindable):
             self._newest_ns = max(self._newest_ns, newest_ns)
             found = self.decoder.push(part)
             if self._bus_time is not None:
-                self._bus_time.push(part)
+                self._frames.append(part)
             self._watches.push(found, self._newest_ns)
             blocks += found
             if rest is None:
                 break
-            self._catch_up()
+            self._end_segment()
             frames = rest
         return blocks
+
+    def judge(self) -> None:
+        """Judge the segments that have ended."""
+        ended, self._ended = self._ended, []
+        for segment in ended:
+            self._judge_segment(segment)
 
     @property
     def can_rewind(self) -> bool:
@@ -193,7 +208,8 @@ class Analysis(Rewindable):
 
         A run that is not `complete`, since it was ended early or its log is cut, never passes a unit.
         """
-        self._catch_up()
+        self._end_segment()
+        self.judge()
         found = self.diagnosis.finish(complete=complete)
         if self._half is not None:
             found = with_sampling_error(found, self._half.judged(complete), self._half.band, words(self._quality()))
@@ -203,23 +219,27 @@ class Analysis(Rewindable):
         ]
         return withheld(found, doubts)
 
-    def _catch_up(self) -> None:
-        blocks = self.decoder.gathered()
+    def _end_segment(self) -> None:
+        self._ended.append(_Ended(self.decoder.gathered(), self._frames))
+        self._frames = []
         self._judged_ns = self._newest_ns
+
+    def _judge_segment(self, segment: _Ended) -> None:
+        blocks = segment.blocks
         self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
         for block in blocks:
             if "request_rate" in block.columns and self._half is None:
                 for rate, stamp_ns in zip(block.columns["request_rate"], block.stamp_ns, strict=True):
                     self._plausibility.ask(float(rate), int(stamp_ns))
+        if self._bus_time is not None:
+            self._bus_time.begin_segment(segment.frames)
         samples = self._samples.push(blocks)
         if samples is not None:
-            self._judge(samples)
-        if self._bus_time is not None:
-            self._bus_time.end_segment()
+            self._diagnose(samples)
         if self._half is not None and (samples := self._half.samples.push(blocks)) is not None:
             self._half.kept += self._half.parts.of(samples, self._marks)
 
-    def _judge(self, samples: SampleBlock) -> None:
+    def _diagnose(self, samples: SampleBlock) -> None:
         """Hand each sample to the diagnosis as part of the phase that its stamp lies in.
 
         What came before all is left.
@@ -253,6 +273,13 @@ class Analysis(Rewindable):
 
     def _quality(self) -> list[Reading]:
         return [one for one in self.quality() if one.role in self._requested]
+
+
+class _Ended(NamedTuple):
+    """The samples and frames of a segment that has ended."""
+
+    blocks: list[SampleBlock]
+    frames: list[FrameBlock]
 
 
 class _Parts:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.bit_timing import INTERMISSION_BITS, frame_bits
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 
@@ -21,27 +20,24 @@ if TYPE_CHECKING:
 _KIND = FrameFlag.EXTENDED | FrameFlag.REMOTE | FrameFlag.ERROR | FrameFlag.SENT
 
 
-class BusTime(Rewindable):
+class BusTime:
     """The time from the start of a sample's first frame to the stamp of its last one.
 
     A frame has its stamp at its end (ISO 11898-1), so that it started by its own length before. Only the frames of two
     segments are kept: samples are asked for in the segment after their frames at the latest.
     """
 
-    LIVES = ("_now",)
-
     def __init__(self, dialect: Dialect, sources: Iterable[str], bus: BusRates) -> None:
         self._messages, self._bus = [dialect.message(source) for source in sources], bus
         self._before: list[FrameBlock] = []
         self._now: list[FrameBlock] = []
 
-    def push(self, frames: FrameBlock) -> None:
-        """Take frames in the order of their arrival."""
-        self._now.append(frames)
+    def begin_segment(self, frames: list[FrameBlock]) -> None:
+        """Take the frames of a segment in the order of their arrival.
 
-    def end_segment(self) -> None:
-        """Begin a segment; forget what came before the last one."""
-        self._before, self._now = self._now, []
+        Those from before the last segment are forgotten.
+        """
+        self._before, self._now = self._now, frames
 
     def at(self, stamp_ns: Int64) -> Float64:
         """Return the time on the bus in s of samples.

@@ -89,7 +89,7 @@ class _Held:
         NaN before the first value.
         """
         index = np.searchsorted(self._stamps, stamp_ns, side="right") - 1
-        known = index >= 0
+        known = index >= 0 if index.min(initial=0) < 0 else slice(None)  # a mask costs more than all else
         index = index[known]
         for role, held in self._values.items():
             values[role] = np.full(len(stamp_ns), np.nan)

@@ -69,21 +69,38 @@ def test_a_bus_that_goes_away_is_a_bench_fault(broken_run):
     assert results.bench.safe_state is False
 
 
+def ends_safely_by_a_bug(folder):
+    """Run; return whether a bug ended the run, and the drive was seen off."""
+    with pytest.raises(ZeroDivisionError):
+        execute(prepare(files()), folder, "", 1)
+    (events,) = folder.glob("*/events.jsonl")
+    kinds = {entry["event"]: entry for entry in map(json.loads, events.read_text().splitlines())}
+    return kinds["safe_state"]["state"] == "verified"
+
+
 def test_an_exception_in_a_room_still_ends_in_the_safe_state(tmp_path, monkeypatch):
-    push = Analysis.push
+    decode = Analysis.decode
 
     def failing(self, frames):
         if len(frames) and frames.stamp_ns[0] <= 1_005_000_000 <= frames.stamp_ns[-1]:  # amid a beat
             raise ZeroDivisionError("a bug")
-        return push(self, frames)
+        return decode(self, frames)
 
-    job = prepare(files())
-    monkeypatch.setattr(Analysis, "push", failing)
-    with pytest.raises(ZeroDivisionError):
-        execute(job, tmp_path, "", 1)
-    (events,) = tmp_path.glob("*/events.jsonl")
-    kinds = {entry["event"]: entry for entry in map(json.loads, events.read_text().splitlines())}
-    assert kinds["safe_state"]["state"] == "verified"
+    monkeypatch.setattr(Analysis, "decode", failing)
+    assert ends_safely_by_a_bug(tmp_path)
+
+
+def test_so_does_one_while_a_segment_is_judged_that_was_lived_ahead(tmp_path, monkeypatch):
+    judge, segments = Analysis.judge, []
+
+    def failing(self):
+        segments.extend(self._ended)
+        if self._ended and len(segments) == 4:
+            raise ZeroDivisionError("a bug")
+        judge(self)
+
+    monkeypatch.setattr(Analysis, "judge", failing)
+    assert ends_safely_by_a_bug(tmp_path)
 
 
 def test_the_end_of_a_scenario_is_verified_by_the_measured_current(tmp_path):

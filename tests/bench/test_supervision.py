@@ -468,7 +468,10 @@ def test_what_is_measured_is_not_foreseen_where_more_than_stamps_decides(supervi
     block = samples(**MEASURED)
     assert foreseen(supervisor, block) == [1_000_000]
     assert foreseen(supervisor, block, samples(temperature=[20.0])) == [1_000_000]
-    assert foreseen(supervisor, block, samples(motor_current=[0.0])) is None
+    assert foreseen(supervisor, block, samples("n", motor_current=[0.0])) is None
+    assert foreseen(supervisor, block, samples(stamp_ns=3_000_000, **MEASURED)) == [
+        3_000_000
+    ]  # a segment ended between
     assert foreseen(supervisor, block, at_ns=[5_000_000, 101_000_000]) == [1_000_000] * 2
     assert foreseen(supervisor, block, at_ns=[5_000_000, 101_000_001]) is None
     assert foreseen(supervisor, at_ns=[100_000_000]) == [0]

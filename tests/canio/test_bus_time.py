@@ -51,7 +51,7 @@ def on_the_bus(kind, *payloads):
 @given(payloads=st.lists(st.binary(min_size=64, max_size=64), min_size=2, max_size=2))
 def test_a_sample_was_sent_by_its_time_on_the_bus_before_the_stamp_of_its_last_frame(kind, payloads):
     frames, bus_time = on_the_bus(kind, *payloads)
-    bus_time.push(frames)
+    bus_time.begin_segment([frames])
     last = frames.stamp_ns[-1:]
     assert last - SENT_NS == pytest.approx(1e9 * bus_time.at(last), abs=1.0)
 
@@ -59,18 +59,17 @@ def test_a_sample_was_sent_by_its_time_on_the_bus_before_the_stamp_of_its_last_f
 def test_frames_of_the_segment_before_are_known_and_earlier_ones_are_not():
     frames, bus_time = on_the_bus("classic", bytes(64), bytes(64))
     last = frames.stamp_ns[-1:]
-    bus_time.push(frames)
-    bus_time.end_segment()
+    bus_time.begin_segment([frames])
     later = frames.select(slice(None))
     later.stamp_ns = frames.stamp_ns + 10_000_000
-    bus_time.push(later)
+    bus_time.begin_segment([later])
     assert bus_time.at(np.append(last, last + 10_000_000)) == pytest.approx(1e-9 * float(last[0] - SENT_NS))
-    bus_time.end_segment()
+    bus_time.begin_segment([])
     assert np.isnan(bus_time.at(last)).all()
 
 
 def test_what_this_side_sent_is_no_sample():
     frames, bus_time = on_the_bus("classic", bytes(64), bytes(64))
     frames.flags |= np.uint8(FrameFlag.SENT)
-    bus_time.push(frames)
+    bus_time.begin_segment([frames])
     assert np.isnan(bus_time.at(frames.stamp_ns)).all()

@@ -100,6 +100,7 @@ _SENT, _REMOTE = 0x01, 0x80  # flags of a message
 _EDL, _BRS, _ESI = 1, 2, 4  # fd_flags of CAN_FD_MESSAGE
 _REMOTE_64, _EDL_64, _BRS_64, _ESI_64 = 0x0010, 0x1000, 0x2000, 0x4000  # fd_flags of CAN_FD_MESSAGE_64
 _ID_EXTENDED = 0x80000000
+_OF_OTHER_KINDS = np.uint8(FrameFlag.ERROR | FrameFlag.FD)
 
 _LENGTH_OF_DLC = np.array(FD_LENGTHS, np.uint8)
 _DLC_OF_LENGTH = np.array([next(d for d, n in enumerate(FD_LENGTHS) if n >= length) for length in range(65)], np.uint8)
@@ -107,6 +108,8 @@ _DLC_OF_LENGTH = np.array([next(d for d, n in enumerate(FD_LENGTHS) if n >= leng
 
 def pack(frames: FrameBlock, start_ns: int) -> bytes:
     """Return frames as objects, their stamps in nanoseconds from `start_ns`."""
+    if not (frames.flags & _OF_OTHER_KINDS).any():  # as most blocks are
+        return _objects(frames, CAN_MESSAGE, start_ns).tobytes()
     error = (frames.flags & FrameFlag.ERROR) != 0
     fd = ~error & ((frames.flags & FrameFlag.FD) != 0)
     kinds = ((CAN_MESSAGE, ~error & ~fd), (CAN_FD_MESSAGE, fd), (CAN_ERROR_EXT, error))
