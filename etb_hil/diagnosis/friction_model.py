@@ -11,7 +11,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.windows import bend
 from etb_hil.plant.exactmath import exp, exp_neg, gauss, log
-from etb_hil.recording.samples import Float64
+from etb_hil.recording.samples import Float64, Int64
 
 # Parameters of the fit. Logarithms keep speeds and stiffnesses positive; the drop may fall below zero, so that a
 # throttle without a Stribeck effect is no special case.
@@ -31,6 +31,10 @@ _UNSTEADY = 0.1  # rad/s in a tick
 
 _SLOWEST = 1e-9  # rad/s
 _SHORT = 1e-4  # of the way that bends bristles to the full: below it, differences of near numbers lose digits
+_BLOCK = 256  # steps whose numbers stay in the processor's cache
+# Numbers of a step: the way in rad, the speed and the factor on g after it, its begin and end as shares of the tick;
+# the level g after it, way over the one that bends bristles to the full, what of the bend is kept, and what is early.
+_MOVED, _OMEGA, _LOCAL, _FROM, _TO, _LEVEL, _RATIO, _KEPT, _EARLY, _EARLY_BY, _FIELDS = range(11)
 _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks around
 
 
@@ -50,89 +54,148 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     between is a cubic in steps of a quarter. Contacts age while they rest and are renewed along the way (Dieterich
     1979, Ruina 1983).
     """
-    stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
-    inverse_speed, exponent = exp(-q[LOG_SPEED]), _exponent(q)
-    inverse_way, inverse_onset = exp(-q[LOG_RENEWAL]), exp(-q[LOG_ONSET])
-    ages = q[AGEING] != 0.0
-    least = _LEAST * abs(q[COULOMB]) + 1e-6
-    n, parameters = len(angle), len(out) - 1
-    out[:] = 0.0
-    bristle = omega = age = age_by = 0.0
-    bristle_by, before_by, g_by = np.zeros(parameters), np.zeros(parameters), np.zeros(parameters)
-    torque, torque_after = np.zeros(1 + parameters), np.zeros(1 + parameters)
-    g = _level(0.0, local[0], q, inverse_speed, exponent, least, g_by)
-    for k in range(n - 1):
-        way = angle[k + 1] - angle[k]
-        ahead = min(k + 2, n - 1)
-        omega_next = (angle[ahead] - angle[k]) / (TICK * (ahead - k))
-        steps = _STEPS if abs(omega_next - omega) > _UNSTEADY else 1
-        share = 1.0 / steps
-        before = 0.0
-        for step in range(steps):
-            a, b = step * share, (step + 1) * share
-            after, omega_after = way, omega_next
-            if step < steps - 1:
-                after, omega_after = _between(b, way, omega, omega_next)
-            moved = after - before
-            change = local[k + 1] - local[k]
-            beyond = local[k] + b * change
-            g_before = g
-            before_by[:] = g_by
-            g = _level(omega_after, beyond, q, inverse_speed, exponent, least, g_by)
-            if ages:
-                age, age_by = _aged(age, age_by, moved, TICK * share, inverse_way)
-                g += _of_age(age, age_by, beyond, q, inverse_onset, g_by)
-            if moved != 0.0:
-                bristle = _carried(bristle, bristle_by, g_before, before_by, g, g_by, moved, stiffness)
-            drag = stiffness * abs(omega_after) / g
-            rate = omega_after - drag * bristle
-            torque_after[0] = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
-            for p in range(parameters):
-                torque_after[1 + p] = (stiffness - damping * drag) * bristle_by[
-                    p
-                ] + damping * drag * bristle / g * g_by[p]
-            torque_after[1 + VISCOUS] += omega_after
-            torque_after[1 + LOG_STIFFNESS] += (stiffness - damping * drag) * bristle
-            torque_after[1 + LOG_DAMPING] += damping * rate
-            _share_out(torque, torque_after, a, b, out, k)
-            before = after
-        omega = omega_next
+    parameters = len(out) - 1
+    steps, by = np.empty((_FIELDS, 1 + _BLOCK)), np.zeros((1 + _BLOCK, parameters))
+    tick = np.empty(1 + _BLOCK, np.int64)
+    bristle_by, age = np.zeros(1 + parameters), np.zeros(2)  # what is carried along, and its derivatives
+    torque, here, there = np.zeros(1 + parameters), np.zeros(1 + parameters), np.zeros(1 + parameters)
+    steps[_LEVEL, 0] = _level(0.0, local[0], q, exp(-q[LOG_SPEED]), _exponent(q), _least(q), by[0])
+    begin, omega = 0, 0.0
+    # Block by block, each thing for all steps of a block: what one step does not hand to the next waits for nothing.
+    while begin < len(angle) - 1:
+        count, begin, omega = _cut(angle, local, begin, omega, steps, tick)
+        _fill_levels(steps, count, q, age, by)
+        _carry(steps, count, tick, q, by, bristle_by, torque, here, there, out)
+        steps[_LEVEL, 0], by[0] = steps[_LEVEL, count], by[count]
     for p in range(1 + parameters):
+        out[p, len(angle) - 1] = here[p]
         bend(out[p], 1.0 / 24.0, -1.0 / 24.0, samples)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _carried(
-    bristle: float,
-    bristle_by: Float64,
-    g: float,
-    g_by: Float64,
-    h: float,
-    h_by: Float64,
-    moved: float,
-    stiffness: float,
-) -> float:
-    """Return the bristles' deflection after a way in rad.
+def _cut(
+    angle: Float64, local: Float64, begin: int, omega: float, steps: Float64, tick: Int64
+) -> tuple[int, int, float]:
+    """Cut ticks into the steps of a block.
 
-    The level goes evenly from g to h along the way. Were it held at its mean, bristles would follow a level that
-    changes with speed half a step late. Their derivatives are carried along in place.
+    Return how many they are, the tick behind them, and the speed there.
     """
-    side = 1.0 if moved > 0.0 else -1.0
-    mean = 0.5 * (g + h)
-    ratio = stiffness * abs(moved) / mean
-    kept = exp_neg(ratio)
-    early = (1.0 - kept) / ratio if ratio > _SHORT else 1.0 - 0.5 * ratio
-    # d early = early_by d ratio, d kept = -kept d ratio, d ratio = -ratio d mean / mean, and ratio by log stiffness
-    early_by = (kept - early) / ratio if ratio > _SHORT else ratio / 3.0 - 0.5
-    first, last = side * g / stiffness, side * h / stiffness
-    by_ratio = first * (early_by + kept) - last * early_by - bristle * kept
-    of_mean = -0.5 * by_ratio * ratio / mean
-    of_first, of_last = of_mean + side * (early - kept) / stiffness, of_mean + side * (1.0 - early) / stiffness
-    for p in range(len(g_by)):
-        bristle_by[p] = bristle_by[p] * kept + of_first * g_by[p] + of_last * h_by[p]
-    settled = last * (1.0 - early) + first * (early - kept)
-    bristle_by[LOG_STIFFNESS] += by_ratio * ratio - settled
-    return settled + bristle * kept
+    count, k, last = 0, begin, len(angle) - 1
+    while k < last and count <= _BLOCK - _STEPS:
+        way = angle[k + 1] - angle[k]
+        ahead = min(k + 2, last)
+        omega_next = (angle[ahead] - angle[k]) / (TICK * (ahead - k))
+        parts = _STEPS if abs(omega_next - omega) > _UNSTEADY else 1
+        share = 1.0 / parts
+        before = 0.0
+        for part in range(parts):
+            a, b = part * share, (part + 1) * share
+            after, omega_after = way, omega_next
+            if part < parts - 1:
+                after, omega_after = _between(b, way, omega, omega_next)
+            count += 1
+            tick[count] = k
+            steps[_MOVED, count], steps[_OMEGA, count] = after - before, omega_after
+            steps[_LOCAL, count] = local[k] + b * (local[k + 1] - local[k])
+            steps[_FROM, count], steps[_TO, count] = a, b
+            before = after
+        omega = omega_next
+        k += 1
+    return count, k, omega
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _fill_levels(steps: Float64, count: int, q: Float64, age: Float64, by: Float64) -> None:
+    """Fill in the levels after each step, and their derivatives.
+
+    With them comes what each step keeps of the bristles' bend.
+    """
+    inverse_speed, exponent, least = exp(-q[LOG_SPEED]), _exponent(q), _least(q)
+    for j in range(1, count + 1):
+        steps[_LEVEL, j] = _level(steps[_OMEGA, j], steps[_LOCAL, j], q, inverse_speed, exponent, least, by[j])
+    if q[AGEING] != 0.0:
+        inverse_way, inverse_onset = exp(-q[LOG_RENEWAL]), exp(-q[LOG_ONSET])
+        for j in range(1, count + 1):
+            time = TICK * (steps[_TO, j] - steps[_FROM, j])
+            age[0], age[1] = _aged(age[0], age[1], steps[_MOVED, j], time, inverse_way)
+            steps[_LEVEL, j] += _of_age(age[0], age[1], steps[_LOCAL, j], q, inverse_onset, by[j])
+    stiffness = exp(q[LOG_STIFFNESS])
+    for j in range(1, count + 1):
+        ratio = stiffness * abs(steps[_MOVED, j]) / (0.5 * (steps[_LEVEL, j - 1] + steps[_LEVEL, j]))
+        kept = exp_neg(ratio)
+        early = (1.0 - kept) / ratio if ratio > _SHORT else 1.0 - 0.5 * ratio
+        steps[_RATIO, j], steps[_KEPT, j], steps[_EARLY, j] = ratio, kept, early
+        # d early = early_by d ratio, d kept = -kept d ratio, d ratio = -ratio d mean / mean, and ratio by log stiffness
+        steps[_EARLY_BY, j] = (kept - early) / ratio if ratio > _SHORT else ratio / 3.0 - 0.5
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _carry(
+    steps: Float64,
+    count: int,
+    tick: Int64,
+    q: Float64,
+    by: Float64,
+    bristle_by: Float64,
+    torque: Float64,
+    here: Float64,
+    there: Float64,
+    out: Float64,
+) -> None:
+    """Carry the bristles along a block, and share the torque out to its ticks.
+
+    `bristle_by` has the bristles' deflection and its derivatives, `torque` (1 + p) those of the torque, `here` and
+    `there` what has come together at the tick that is under way and at the next one.
+
+    The level goes evenly from g to h along a step. Were it held at its mean, bristles would follow a level that changes
+    with speed half a step late.
+    """
+    stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
+    for j in range(1, count + 1):
+        g, h, omega = steps[_LEVEL, j - 1], steps[_LEVEL, j], steps[_OMEGA, j]
+        ratio, kept, early, early_by = steps[_RATIO, j], steps[_KEPT, j], steps[_EARLY, j], steps[_EARLY_BY, j]
+        side = 1.0 if steps[_MOVED, j] > 0.0 else -1.0
+        mean = 0.5 * (g + h)
+        first, last = side * g / stiffness, side * h / stiffness
+        by_ratio = first * (early_by + kept) - last * early_by - bristle_by[0] * kept
+        of_mean = -0.5 * by_ratio * ratio / mean
+        of_first, of_last = of_mean + side * (early - kept) / stiffness, of_mean + side * (1.0 - early) / stiffness
+        settled = last * (1.0 - early) + first * (early - kept)
+        bristle_by[0] = bristle = settled + bristle_by[0] * kept
+        drag = stiffness * abs(omega) / h
+        rate = omega - drag * bristle
+        of_bristle, of_level = stiffness - damping * drag, damping * drag * bristle / h
+        share, middle = steps[_TO, j] - steps[_FROM, j], (steps[_FROM, j] + steps[_TO, j]) * 0.5
+        for p in range(len(torque)):
+            if p == 0:
+                after = stiffness * bristle + damping * rate + q[VISCOUS] * omega
+            else:
+                bent = bristle_by[p] * kept + of_first * by[j - 1, p - 1] + of_last * by[j, p - 1]
+                if p == 1 + LOG_STIFFNESS:
+                    bent += by_ratio * ratio - settled
+                bristle_by[p] = bent
+                after = of_bristle * bent + of_level * by[j, p - 1]
+                if p == 1 + VISCOUS:
+                    after += omega
+                elif p == 1 + LOG_STIFFNESS:
+                    after += of_bristle * bristle
+                elif p == 1 + LOG_DAMPING:
+                    after += damping * rate
+            # A tick gets the integral of the torque times the falling side of its triangle, the next one that times
+            # the rising side; the torque is linear over the step.
+            level, tilt = 0.5 * (torque[p] + after), 0.5 * (after - torque[p])
+            here[p] += share * ((0.5 - middle + 0.5) * level - share / 6.0 * tilt)
+            there[p] += share * (middle * level + share / 6.0 * tilt)
+            torque[p] = after
+        if j == count or tick[j + 1] != tick[j]:
+            for p in range(len(torque)):
+                out[p, tick[j]] = here[p]
+                here[p], there[p] = there[p], 0.0
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _least(q: Float64) -> float:
+    return _LEAST * abs(q[COULOMB]) + 1e-6
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -149,22 +212,6 @@ def _between(b: float, way: float, omega: float, omega_next: float) -> tuple[flo
     return after, omega_after
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _share_out(torque: Float64, torque_after: Float64, a: float, b: float, out: Float64, k: int) -> None:
-    """Add a torque, weighted by the sides of a triangle, to ticks k and k + 1.
-
-    Tick k gets the integral of the torque times the falling side, tick k + 1 that times the rising one. The torque is
-    linear over the step that spans (a, b) of the tick; what it was becomes what it is after the step.
-    """
-    share = b - a
-    early, late, lean = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5, share / 6.0
-    for p in range(len(torque)):
-        mean, tilt = 0.5 * (torque[p] + torque_after[p]), 0.5 * (torque_after[p] - torque[p])
-        out[p, k] += share * (early * mean - lean * tilt)
-        out[p, k + 1] += share * (late * mean + lean * tilt)
-        torque[p] = torque_after[p]
-
-
 @njit(cache=True, error_model="numpy")
 def unsettled(angle: Float64, q: Float64) -> Float64:
     """Return at every tick (n) how far the bristles are from steady sliding.
@@ -174,7 +221,7 @@ def unsettled(angle: Float64, q: Float64) -> Float64:
     """
     out = np.empty(len(angle))
     stiffness, inverse_speed, exponent = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED]), _exponent(q)
-    least = _LEAST * abs(q[COULOMB]) + 1e-6
+    least = _least(q)
     bent, share = 0.0, 1.0  # bristles' torque
     for k in range(len(angle)):
         way = angle[k] - angle[max(k - 1, 0)]
