@@ -51,7 +51,7 @@ def spoilt_connect(injected):
         for spoil in (spoil for each in injected for spoil in each.spoil):
             node = spoil(node)
         for other in (other for each in injected for other in each.nodes):
-            network.attach(other)
+            network.attach(other, answers=False)
         network.attach(node)
         link = VirtualLink(network)
         for wrap in (wrap for each in injected for wrap in each.link):

@@ -77,7 +77,7 @@ class Bench:
         tell = None if ahead else self.switches.append
         network.attach(VirtualController(MODEL, dialect, 1, on_switch=tell, ambient=ambient))
         if guard is not None:
-            network.attach(guard)
+            network.attach(guard, answers=False)
         self.clock, self.link = network.clock, VirtualLink(network)
         if not ahead:
             self.link = Link(self.link)

@@ -29,7 +29,7 @@ def run_behind(guard, guarded, tmp_path, monkeypatch):
     network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
     unguarded = load_bench(find("bench", "virtual_classic")).dialect
     network.attach(VirtualController(job.unit, unguarded, 1, nominal=job.model))
-    network.attach(guard)
+    network.attach(guard, answers=False)
     monkeypatch.setattr(job_room, "connect", lambda _job, _seed: (VirtualLink(network), network.clock))
     return execute(job, tmp_path, "", 1)
 

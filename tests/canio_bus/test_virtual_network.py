@@ -145,12 +145,14 @@ COMMANDS = {
 }
 
 
-def conversation(cuts, controllers, faults=(), end=20 * MS, *, declared=False):
-    """Commands at fixed times against controllers; `cuts` say where the sleep is interrupted."""
+def conversation(cuts, controllers, faults=(), end=20 * MS, *, declared=False, script=(), answers=True):
+    """Commands at fixed times against controllers and a script; `cuts` say where the sleep is interrupted."""
     network = VirtualNetwork(500_000, faults=faults)
     for base in controllers:
         sends = [(ident, False) for ident in (base, base + 1, 0x400 + base)]
         network.attach(Controller(base), sends if declared else ())
+    if script:
+        network.attach(Script([(stamp, ident, 0, b"") for stamp, ident in sorted(script)]), answers=answers)
     port = network.open_port()
     seen = []
     for time in sorted({*cuts, *COMMANDS, end}):
@@ -205,6 +207,37 @@ def test_nor_does_it_when_a_node_says_what_it_sends(controllers, cuts, struck):
     cut, cut_health = conversation(cuts, controllers, faults, declared=True)
     assert_same(whole, cut)
     assert health == cut_health
+
+
+@given(
+    cuts=st.lists(st.integers(1, 20 * MS), max_size=20),
+    script=st.lists(
+        st.tuples(st.integers(0, 19 * MS), st.sampled_from([0x050, 0x180, 0x380])), min_size=1, max_size=20
+    ),
+    struck=st.sets(st.sampled_from(range(len(FAULTS)))),
+)
+@settings(max_examples=60)
+def test_a_sender_that_does_not_answer_sends_the_same_when_it_lives_ahead(cuts, script, struck):
+    faults = [FAULTS[number] for number in sorted(struck)]
+    beside, health = conversation([], (0x100,), faults, script=script)
+    ahead, ahead_health = conversation(cuts, (0x100,), faults, script=script, answers=False)
+    assert_same(beside, ahead)
+    assert health == ahead_health
+
+
+def test_a_sender_that_does_not_answer_bounds_others_by_its_frames_alone():
+    calls = {True: 0, False: 0}
+    for answers in calls:
+        network, node = VirtualNetwork(500_000), Controller(0x100)
+        network.attach(node)
+        script = Script([(5 * MS, 0x050, 0, b"")])
+        network.attach(script, answers=answers)
+        assert not network.idle
+        network.sleep_until_ns(10 * MS)
+        assert not network.can_rewind
+        calls[answers] = len(script.heard)
+    assert calls[False] <= 3
+    assert calls[True] > 100
 
 
 class Rewound(Controller, Rewindable):

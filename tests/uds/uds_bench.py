@@ -47,7 +47,7 @@ def faulty_run(monkeypatch, chosen, folder, faults=(), *, node=None, change=None
             said = Rewriting(controller, job.setup.dialect, 0, 1 << 62, change)
         network.attach(said, controller.sends)
         if node is not None:
-            network.attach(node)
+            network.attach(node, answers=False)
         return VirtualLink(network), network.clock
 
     monkeypatch.setattr(job_room, "connect", connect)

@@ -69,6 +69,7 @@ class VirtualNetwork(Rewindable):
         self.lock = RLock()  # python-can's users may read and send from several threads
         self._now = start_ns
         self._nodes: dict[int, Node] = {}
+        self._senders: dict[int, Node] = {}  # nodes that do not answer
         self._wire = Wire(bitrate, data_bitrate, fd=fd, start_ns=start_ns)
         self._injection = FaultInjection(self._wire)
         self._is_free = True  # as far as known, for each frame that is sent ahead
@@ -100,18 +101,23 @@ class VirtualNetwork(Rewindable):
             wire, now = self._wire, self._now
             is_left = self._injection.is_needed
             undisturbed = not self.faults and not is_left
+            for port, sender in self._senders.items():
+                self._hand_over(port, sender, until_ns)
             if self._nodes and not (undisturbed and wire.foretell(now, until_ns)):
                 until_ns = self._before_arrival(wire.horizon(now, until_ns))
             for port, node in self._nodes.items():
-                frames = node.run(until_ns, wire.collect(port))
-                if len(frames.stamp_ns):
-                    wire.enqueue(port, frames, now, until_ns, at_once=False)
+                self._hand_over(port, node, until_ns)
             faults = self._injection.due(self.faults, until_ns) if self.faults else ()
             if faults or is_left:
                 self._injection.transmit(faults, until_ns)
             else:
                 wire.transmit(until_ns)
             self._now = until_ns
+
+    def _hand_over(self, port: int, node: Node, until_ns: int) -> None:
+        frames = node.run(until_ns, self._wire.collect(port))
+        if len(frames.stamp_ns):
+            self._wire.enqueue(port, frames, self._now, until_ns, at_once=False)
 
     @property
     def can_rewind(self) -> bool:
@@ -162,7 +168,7 @@ class VirtualNetwork(Rewindable):
         """
         with self.lock:
             # What nodes will send is not known before they live.
-            until = self._now + self._wire.lookahead_ns if self._nodes else self._wire.next_end(self._now)
+            until = self._now + self._wire.lookahead_ns if self._lives else self._wire.next_end(self._now)
             bounds = [t for t in (until, self._injection.next_arrival_ns, deadline_ns) if t is not None]
             if bounds:
                 self.step(min(bounds))
@@ -171,17 +177,25 @@ class VirtualNetwork(Rewindable):
     def idle(self) -> bool:
         """Whether no frame can ever come: nothing is under way and no node is attached."""
         under_way = self._wire.next_end(self._now) or self._injection.next_arrival_ns
-        return not self._nodes and under_way is None
+        return not self._lives and under_way is None
 
-    def attach(self, node: Node, sends: Iterable[tuple[int, bool]] = ()) -> None:
+    def attach(self, node: Node, sends: Iterable[tuple[int, bool]] = (), *, answers: bool = True) -> None:
         """Let a device take part; it lives from now on.
 
         `sends` are the identifiers (and whether they are extended) of all frames that it may send, where they are
         known: what is sure to win over them need not interrupt it, which halves the cost of a command a tick.
+
+        A device that does not answer sends the same whatever it hears. It lives ahead of those that answer, and need
+        not be asked again for each shortest frame.
         """
         least = min((arbitration_key(ident, FrameFlag.EXTENDED if wide else 0) for ident, wide in sends), default=0)
         with self.lock:
-            self._nodes[self._wire.open_port(node=True, least_key=least)] = node
+            port = self._wire.open_port(node=answers, least_key=least)
+            (self._nodes if answers else self._senders)[port] = node
+
+    @property
+    def _lives(self) -> bool:
+        return bool(self._nodes or self._senders)
 
     def open_port(self) -> int:
         """Return the number of a new access to the bus, for `send` and `collect`."""
