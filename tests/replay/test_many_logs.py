@@ -45,22 +45,34 @@ def live(tmp_path_factory):
     return run_on(tmp_path_factory.mktemp("sessions"), unit="faulty", serial="A7")
 
 
-@pytest.fixture
-def sources(live, tmp_path):
-    log = tmp_path / "log.blf"
+@pytest.fixture(scope="module")
+def sources(live, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sources")
+    log = folder / "log.blf"
     log.write_bytes(live.session.raw_log.read_bytes())
-    bad = tmp_path / "bad.blf"
+    bad = folder / "bad.blf"
     bad.write_bytes(b"nothing of a log")
     return [live.session.folder, bad, log]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def tasks(live, sources):
     return tasks_for(sources, [(rule_files(live.session), None)], None, None)
 
 
+JUDGED_BEFORE = {}  # by the task's key, which tells of each of its files and of the code that judges
+
+
+def judged(task):
+    """Judge a task, or return what came of it in another test: how often one is asked for is tested here."""
+    outcome = JUDGED_BEFORE.get(task.key) or judge_task(task)
+    if outcome.status == JUDGED:
+        JUDGED_BEFORE[task.key] = outcome
+    return outcome
+
+
 def one_after_the_other(tasks):
-    yield from map(judge_task, tasks)
+    yield from map(judged, tasks)
 
 
 def dies_at_bad_logs(task):
@@ -87,7 +99,7 @@ def test_interrupted_work_goes_on(tasks, tmp_path):
     def stops_after_one(left):
         asked.append(len(left))
         for task in left:
-            yield judge_task(task)
+            yield judged(task)
             if len(asked) == 1:
                 raise KeyboardInterrupt
 
@@ -196,13 +208,18 @@ def test_workers_end_with_the_process_that_started_them(sources, tmp_path, endin
     assert len(progress.read_text().splitlines()) < len(logs)
 
 
-def test_a_log_that_changed_or_other_limits_are_new_work(live, sources, tasks):
+def test_a_log_that_changed_or_other_limits_are_new_work(live, sources, tasks, tmp_path):
     limits = live.session.input_path("limits")
     other = tasks_for(sources, [(rule_files(live.session), None)], None, limits)
     assert not {task.key for task in tasks} & {task.key for task in other}
-    sources[1].write_bytes(b"something else")
-    keys = [task.key for task in tasks_for(sources, [(rule_files(live.session), None)], None, None)]
-    assert [key == task.key for key, task in zip(keys, tasks, strict=True)] == [True, False, True]
+    changed = tmp_path / "log.blf"
+    keys = []
+    for content in (b"a log", b"something else"):
+        changed.write_bytes(content)
+        found = tasks_for([sources[0], changed, sources[2]], [(rule_files(live.session), None)], None, None)
+        keys.append([task.key for task in found])
+    assert [one == other for one, other in zip(*keys, strict=True)] == [True, False, True]
+    assert (keys[0][0], keys[0][2]) == (tasks[0].key, tasks[2].key)
 
 
 def test_a_process_that_dies_costs_only_its_log(tasks):
