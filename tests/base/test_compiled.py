@@ -37,11 +37,13 @@ class Installation:
     """A copy of the package in a folder of its own, with caches of its own."""
 
     def __init__(self, folder: Path) -> None:
+        self.folder = folder
         self.package = folder / "site" / "etb_hil"
         self._environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(folder / "site")}
         self.user_cache = folder / "user"
         self.set("XDG_CACHE_HOME", self.user_cache)
-        shutil.copytree(Path(etb_hil.__file__).parent, self.package, ignore=shutil.ignore_patterns("__pycache__"))
+        if not self.package.exists():
+            shutil.copytree(Path(etb_hil.__file__).parent, self.package, ignore=shutil.ignore_patterns("__pycache__"))
 
     def set(self, name: str, value: Path) -> None:
         """Set an environment variable for later starts."""
@@ -72,6 +74,25 @@ class Installation:
 @pytest.fixture
 def installation(tmp_path):
     return Installation(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """An installation that was started once, for copies."""
+    first = Installation(tmp_path_factory.mktemp("compiled"))
+    assert first.start() == (4.0, True)
+    return first
+
+
+@pytest.fixture
+def started(compiled, tmp_path):
+    """A copy of an installation that was started once, with its machine code."""
+    shutil.copytree(compiled.folder, tmp_path, dirs_exist_ok=True)
+    return Installation(tmp_path)
+
+
+def test_a_copy_of_an_installation_compiles_nothing(started):
+    assert started.start() == (4.0, False)
 
 
 def _in_a_shared_folder(installation, folder):
@@ -113,21 +134,19 @@ def test_a_changed_constant_of_another_file_is_used_at_once(installation):
     assert installation.start(PID) == (12.0, True)  # no torque was cut off there: the integral takes 8 N·m
 
 
-def test_an_edit_of_what_is_not_compiled_compiles_nothing(installation):
-    installation.start()
-    installation.edit("controller/laws/registry.py", '"control law"', '"position law"')
-    installation.edit("base/errors.py", "; allowed: ", "; expected: ")
-    installation.edit(PD_FILE, "Return the torque in N·m for", "# one more line\n    Return, in N·m, the torque for")
-    installation.edit(PD_FILE, "BANDWIDTH = 180.0", "BANDWIDTH = 170.0")
-    assert installation.start() == (4.0, False)
+def test_an_edit_of_what_is_not_compiled_compiles_nothing(started):
+    started.edit("controller/laws/registry.py", '"control law"', '"position law"')
+    started.edit("base/errors.py", "; allowed: ", "; expected: ")
+    started.edit(PD_FILE, "Return the torque in N·m for", "# one more line\n    Return, in N·m, the torque for")
+    started.edit(PD_FILE, "BANDWIDTH = 180.0", "BANDWIDTH = 170.0")
+    assert started.start() == (4.0, False)
 
 
-def test_an_edit_of_one_function_leaves_no_machine_code_behind(installation):
-    installation.start()
-    before = installation.files()
-    installation.edit(PD_FILE, PD_TORQUE, f"{PD_TORQUE} + 1.0")
-    assert installation.start() == (5.0, True)
-    after = installation.files()
+def test_an_edit_of_one_function_leaves_no_machine_code_behind(started):
+    before = started.files()
+    started.edit(PD_FILE, PD_TORQUE, f"{PD_TORQUE} + 1.0")
+    assert started.start() == (5.0, True)
+    after = started.files()
     assert len(after) == len(before)
     assert {path.name.split("-")[0] for path in before - after} == {
         "etb_hil.controller.laws.choice.law_torque",
@@ -135,24 +154,22 @@ def test_an_edit_of_one_function_leaves_no_machine_code_behind(installation):
     }
 
 
-def test_machine_code_of_other_versions_and_of_earlier_releases_is_deleted(installation):
-    installation.start()
-    (folder,) = {path.parent for path in installation.files()}
+def test_machine_code_of_other_versions_and_of_earlier_releases_is_deleted(started):
+    (folder,) = {path.parent for path in started.files()}
     other = folder.rename(folder.with_name(f"{folder.name.rpartition('-')[0]}-0123456789abcdef"))
-    of_numba = installation.package / "controller" / "__pycache__" / "pd.torque-26.py311.1.nbc"
+    of_numba = started.package / "controller" / "__pycache__" / "pd.torque-26.py311.1.nbc"
     of_numba.touch()
-    assert installation.start() == (4.0, True)
+    assert started.start() == (4.0, True)
     assert folder.is_dir()
     assert not other.exists()
     assert not of_numba.exists()
 
 
-def test_a_damaged_file_is_compiled_again(installation):
-    installation.start()
-    for path in installation.files():
+def test_a_damaged_file_is_compiled_again(started):
+    for path in started.files():
         path.write_bytes(path.read_bytes()[:-100])
-    assert installation.start() == (4.0, True)
-    assert installation.start() == (4.0, False)
+    assert started.start() == (4.0, True)
+    assert started.start() == (4.0, False)
 
 
 def test_without_a_folder_to_write_to_everything_still_runs(installation, tmp_path):
