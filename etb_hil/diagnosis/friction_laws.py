@@ -17,17 +17,17 @@ import numpy as np
 
 from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import AGEING, LOG_DAMPING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL, LOG_STIFFNESS
-from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence
+from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence, misfit_of
 from etb_hil.diagnosis.law_start import start_of_law
-from etb_hil.diagnosis.prior import Prior
+from etb_hil.diagnosis.prior import ANY_EXPONENT, CERTAIN, Prior
 from etb_hil.diagnosis.stribeck_fit import LITTLE, Linearised, StribeckFit, refit
 from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.valley import along_valley
 from etb_hil.diagnosis.window_weights import weights_of
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
 from etb_hil.recording.samples import Float64
 
-_CERTAIN = 1e18  # inverse variance
 _USUAL = 0.5  # probability of the paper's law beforehand; the others share the rest
 _LEAST = 1e-3  # probability of a law that is kept
 _EXPONENT, _AGES = (LOG_EXPONENT,), (AGEING, LOG_RENEWAL, LOG_ONSET)
@@ -62,7 +62,7 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
     """Return the laws that a run leaves probable, the likeliest first.
 
     `usual` is the run's fit by the paper's law. Another law is fitted where the score of its parameter, at the fit
-    before, makes it likelier than that one.
+    before, makes it likelier than that one. A law with a free exponent is returned at several omega_s (`valley.py`).
     """
     # the residuals of the paper's law bound the noise and the model error of every law
     weight = weights_of(ticks, windows, evidence, usual.parameters, usual.residual).of_sliding
@@ -80,9 +80,17 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
         fit = refit(ticks, windows, evidence if ages else sliding, law, start, usual.parameters, LITTLE)
         if fit is None or fit.parameters[AGEING] < 0.0:
             return None
-        return _Fitted(fit, law, free, _misfit(fit, law, weight), by.evidence + score)
+        return _Fitted(fit, law, free, misfit_of(fit, law, weight), by.evidence + score)
 
-    paper = _Fitted(usual, prior, (), _misfit(usual, prior, weight), 0.0)
+    def along(law: Law) -> list[Law]:
+        if law.prior.mean[LOG_EXPONENT] != ANY_EXPONENT:
+            return [law]
+        counted = evidence if law.fit.parameters[AGEING] > 0.0 else sliding
+        points = along_valley(ticks, windows, counted, law.prior, law.fit, usual.parameters)
+        laws = [Law(point.fit, point.prior, law.probability * point.share) for point in points]
+        return sorted(laws, key=lambda one: -one.probability)
+
+    paper = _Fitted(usual, prior, (), misfit_of(usual, prior, weight), 0.0)
     at = by_all_parameters(ticks, windows, evidence, usual)
     others = [found for more in (_EXPONENT, _AGES) if (found := extended(paper, at, more)) is not None]
     if others:
@@ -90,13 +98,15 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
         at = by_all_parameters(ticks, windows, evidence, best.fit)
         both = extended(best, at, _AGES if best.free == _EXPONENT else _EXPONENT)
         others += [] if both is None else [both]
-    return _weighed(paper, others)
+    return [point for law in _weighed(paper, others) for point in along(law)]
 
 
 def _prior_of(prior: Prior, free: tuple[int, ...]) -> Prior:
     """Return the prior of a law that has the parameters `free`."""
-    law = replace(prior, count=max(free) + 1, precision=prior.precision.copy())
-    law.precision[[one for one in (*_EXPONENT, *_AGES) if one not in free]] = _CERTAIN
+    law = replace(prior, count=max(free) + 1, mean=prior.mean.copy(), precision=prior.precision.copy())
+    law.precision[[one for one in (*_EXPONENT, *_AGES) if one not in free]] = CERTAIN
+    if LOG_EXPONENT in free:
+        law.mean[LOG_EXPONENT] = ANY_EXPONENT
     return law
 
 
@@ -127,15 +137,6 @@ def _weighed(paper: _Fitted, others: Sequence[_Fitted]) -> list[Law]:
     total = sum(share for _, share in kept)
     laws = [Law(one.fit, one.prior, share / total) for one, share in kept]
     return sorted(laws, key=lambda law: -law.probability)
-
-
-def _misfit(fit: StribeckFit, law: Prior, weight: Float64) -> float:
-    """Return the -2 log posterior density of a fit, up to a constant.
-
-    `weight` (m) are the inverse variances of the windows.
-    """
-    off = fit.parameters - law.mean
-    return float(np.sum(weight * fit.residual * fit.residual)) + float(np.sum(law.precision * off * off))
 
 
 def _log_closed(fit: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -37,6 +38,50 @@ def by_all_parameters(ticks: Ticks, windows: Windows, evidence: Evidence, fit: S
     return linearised(ticks, windows, evidence, q, PARAMETERS)
 
 
+@dataclass(frozen=True, slots=True)
+class Score:
+    """The score of a parameter, net of what other parameters take of it.
+
+    `taken` (p): by how much those move with it. `total` is the score, `squares` its variance by the scatter from
+    segment to segment, `information` its variance by the weights.
+    """
+
+    taken: Float64
+    total: float
+    squares: float
+    information: float
+
+
+def score_of(
+    evidence: Evidence, prior: Prior, at: Linearised | StribeckFit, others: Sequence[int], index: int, weight: Float64
+) -> Score:
+    """Return the score of a parameter, net of others.
+
+    The parameter is the one at `index`, the others are at `others`; `weight` (m) are the weights of the windows.
+    """
+    q, residual, own = at.parameters, at.residual, at.jacobian[:, index].copy()
+    fitted = np.array(others)
+    columns = np.ascontiguousarray(at.jacobian[:, fitted])
+    matrix, gained = accumulate(columns, own, weight)
+    matrix[np.diag_indices(len(fitted))] += prior.precision[fitted]
+    taken = times(inverse(matrix), gained)
+    alone = weight * (own - times(columns, taken))
+    scores = np.bincount(evidence.cluster, weights=alone * residual)
+    # what the prior says of the fitted parameters is one segment more
+    said = -float(np.sum(taken * (prior.precision * (prior.mean - q))[fitted]))
+    total, squares = float(np.sum(scores)) + said, float(np.sum(scores * scores)) + said * said
+    return Score(taken, total, squares, float(np.sum(alone * own)))
+
+
+def misfit_of(fit: StribeckFit, prior: Prior, weight: Float64) -> float:
+    """Return the -2 log posterior density of a fit, up to a constant.
+
+    `weight` (m) are the inverse variances of the windows.
+    """
+    off = fit.parameters - prior.mean
+    return float(np.sum(weight * fit.residual * fit.residual)) + float(np.sum(prior.precision * off * off))
+
+
 def log_evidence(
     evidence: Evidence, prior: Prior, at: Linearised, free: Sequence[int], index: int, weight: Float64
 ) -> float:
@@ -47,20 +92,9 @@ def log_evidence(
     are the weights of windows that slide, 0 for others. Contacts do not become weaker with age: a score that says so is
     evidence of nothing.
     """
-    q, residual, jacobian = at.parameters, at.residual, at.jacobian
-    fitted = np.array([*range(USUAL), *free])
-    columns, own = np.ascontiguousarray(jacobian[:, fitted]), jacobian[:, index].copy()
-    matrix, gained = accumulate(columns, own, weight)
-    matrix[np.diag_indices(len(fitted))] += prior.precision[fitted]
-    taken = times(inverse(matrix), gained)
-    alone = weight * (own - times(columns, taken))
-    scores = np.bincount(evidence.cluster, weights=alone * residual)
-    # what the prior says of the fitted parameters is one segment more
-    said = -float(np.sum(taken * (prior.precision * (prior.mean - q))[fitted]))
-    total, squares = float(np.sum(scores)) + said, float(np.sum(scores * scores)) + said * said
-    information = float(np.sum(alone * own))
-    if not (squares > 0.0 and information > 0.0):
+    score = score_of(evidence, prior, at, [*range(USUAL), *free], index, weight)
+    if not (score.squares > 0.0 and score.information > 0.0):
         return -math.inf
-    statistic = 0.0 if index == AGEING and total < 0.0 else total * total / squares
-    variance = squares / (information * information)
+    statistic = 0.0 if index == AGEING and score.total < 0.0 else score.total * score.total / score.squares
+    variance = score.squares / (score.information * score.information)
     return 0.5 * (statistic + min(float(log(variance * prior.precision[index])), 0.0))

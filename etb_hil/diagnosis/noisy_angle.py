@@ -14,7 +14,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.base.draws import share
 from etb_hil.diagnosis.evidence import Evidence
-from etb_hil.diagnosis.prior import Prior
+from etb_hil.diagnosis.prior import USUAL, Prior
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, linearised, shifted
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.windows import NARROW, WIDE, Shape, Windows
@@ -84,9 +84,9 @@ def unsure_by_noise(
 
     The uncertainty is of first order. Noise of either sign leaves its mean: what goes with the noise itself is in the
     scatter of the run. The rounding of an encoder stands still with the plate: it turns no bristles at rest, and as
-    much noise would.
+    much noise would. Where the angle needs no means, noise counts for other laws than the paper's.
     """
-    if quiet.reach == 0:
+    if quiet.reach == 0 and (windows.shape is NARROW or prior.count == USUAL):
         return fit
     moved = -fit.residual
     for way in (quiet.deviation, -quiet.deviation):

@@ -38,6 +38,7 @@ CONSTANT, INERTIA, PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, DISC_SI
     FRICTION_PARAMETERS, LOG_EXPONENT
 )
 PARAMETERS = LOG_EXPONENT + LAW_PARAMETERS
+CERTAIN = 1e18  # inverse variance of a parameter that is held
 USUAL = LOG_EXPONENT  # how many the paper's law has: the exponent is 2 there, and contacts do not age
 
 _EVEN = 1.0 / math.sqrt(3.0)  # standard deviation of a value that lies anywhere inside +- 1
@@ -45,8 +46,9 @@ _ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of
 _ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity: twice or half the model's is 1.4 standard deviations
 _ANY_BRISTLE = 1.0  # of the logarithms of stiffness and damping
 _ANY_VISCOSITY = 1.0  # times the model's
-# Of the logarithm of the Stribeck curve's exponent: 0.5 to 2 are in use (Armstrong-Helouvry 1991), 8 is a step.
-_ANY_EXPONENT = 0.7
+# Mean and standard deviation of the logarithm of the Stribeck curve's exponent, where it is not the paper's: 0.5 to 2
+# are in use (Armstrong-Helouvry 1991), 8 is a step.
+ANY_EXPONENT, _ANY_EXPONENT = 0.0, 0.7
 _ANY_AGEING = 0.08  # times T_st, a unit of the logarithm of the contacts' age
 _ONSET = 0.1  # s
 _ANY_AGE = 1.0  # of the logarithms of the way that renews contacts and of the age from which it counts
