@@ -19,6 +19,7 @@ from etb_hil.estimation.climbing import (
     SETTLED,
     Fitted,
     begun,
+    breaking_away,
     climbed,
     least_disturbances,
 )
@@ -29,9 +30,9 @@ from etb_hil.estimation.variances import VARIANCES
 from etb_hil.plant.physics import COULOMB, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
-# Disturbances at the start of a fit: torque as a share of T_c and voltage in V (Kristensen, Madsen and Jorgensen 2004).
-# With ten times as much nothing is visible.
-_FIRST = (0.1, 0.3)
+# Disturbances at the start of a fit: torque as a share of T_c, and voltage as a share of that which overcomes T_c at
+# rest (Kristensen, Madsen and Jorgensen 2004). With ten times as much nothing is visible.
+_FIRST = (0.1, 0.5)
 # The share of them with which a fit begins again that ended with a large torque: they hid what the motion tells. With a
 # share of 0.03 to 0.3 of the torque two records with coarse encoders ended at one place, with all of it one did not.
 # `tests/hypotheses/test_coarse_encoders.py` checks it.
@@ -179,7 +180,7 @@ def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown])
 
 def first_disturbance(parameters: Float64) -> Disturbance:
     """Return disturbances and noise at the start of a fit."""
-    return Disturbance(_FIRST[0] * float(parameters[COULOMB]), _FIRST[1])
+    return Disturbance(_FIRST[0] * float(parameters[COULOMB]), _FIRST[1] * breaking_away(parameters))
 
 
 def _at_stops(record: Record, parameters: Float64, unknowns: Sequence[Unknown], first: Disturbance) -> Float64:

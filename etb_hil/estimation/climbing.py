@@ -13,19 +13,19 @@ from typing import NamedTuple
 import numpy as np
 
 from etb_hil.estimation.filtering import Disturbance, Filtered, Noise, Normal, filtered
-from etb_hil.estimation.kalman import JITTER, NOISE_VOLTAGE
+from etb_hil.estimation.kalman import JITTER
 from etb_hil.estimation.prior import best_step, log_prior, prior_slope, scales
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.scoring import scored
 from etb_hil.estimation.throttle import CURRENT, OMEGA, VOLTAGE
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.estimation.variances import Q_TORQUE, Q_VOLTAGE, VARIANCES
-from etb_hil.plant.physics import BACK_EMF, COULOMB, INDUCTANCE, RESISTANCE, STICTION
+from etb_hil.plant.physics import BACK_EMF, COULOMB, INDUCTANCE, RESISTANCE, STICTION, TORQUE_PER_AMPERE
 from etb_hil.recording.samples import Float64
 
-# The least disturbances, torque as a share of T_c and voltage in V: a thousandth of what the sensors of the project's
-# data sheets can show.
-_LEAST = (1e-5, 1e-4)
+# The least disturbances, torque as a share of T_c and voltage as a share of that which overcomes T_c at rest: a
+# thousandth of what the sensors of the project's data sheets can show.
+_LEAST = (1e-5, 1.7e-4)
 # Steps of scoring with damping (Levenberg 1944, Marquardt 1963): most of a fit, and gain in nats that ends it.
 _MOST_STEPS, SETTLED = 30, 1.0
 # Share of what a fit is behind another that a step has to gain: smaller ones come nowhere near it. With 0.02 and with
@@ -124,7 +124,15 @@ def climbed(record: Record, fit: Fitted, steps: int = _MOST_STEPS, aim: float = 
 
 def least_disturbances(fit: Fitted) -> tuple[float, float]:
     """Return the least disturbances, in N·m and in V."""
-    return _LEAST[0] * float(fit.parameters[COULOMB]), _LEAST[1]
+    return _LEAST[0] * float(fit.parameters[COULOMB]), _LEAST[1] * breaking_away(fit.parameters)
+
+
+def breaking_away(parameters: Float64) -> float:
+    """Return the voltage in V that overcomes T_c at rest.
+
+    It is a force in N or N·m where that stands for the voltage.
+    """
+    return float(parameters[COULOMB] * parameters[RESISTANCE] / parameters[TORQUE_PER_AMPERE])
 
 
 class _Tried(NamedTuple):
@@ -155,7 +163,7 @@ def _attenuation(record: Record, at: Filtered) -> float:
     """
     p, states = at.parameters, at.states
     drives = record.voltage - states[:, VOLTAGE] - p[RESISTANCE] * states[:, CURRENT] - p[BACK_EMF] * states[:, OMEGA]
-    noise = at.disturbance.noise.voltage * record.settings[NOISE_VOLTAGE]
+    noise = at.voltage_variance
     return float(min(noise / max(np.mean(drives**2), noise), 1.0))
 
 

@@ -20,6 +20,7 @@ from etb_hil.estimation.tangents import normal_matrix
 from etb_hil.estimation.throttle import FORCES, OMEGA, TORQUE, VOLTAGE
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.port import Port
 from etb_hil.recording.samples import Float64, Int64
 
 _READ = (forces.AT_CURRENT, forces.AT_MOTOR, forces.AT_PLATE)
@@ -56,7 +57,8 @@ class Filtered:
 
     `read` (3, 2): see `forces.along`. `states` (n, `SIZE`) after the readings;
     `whitened` and `roots` (n, 3); `rests`: velocity in rad/s below which the plate rests; `voltage_noise`: rms in V of
-    what is stated of the voltage; the rest is there for sensitivities only.
+    what is stated of the voltage; `voltage_variance`: V^2 of its reading, as fitted; the rest is there for
+    sensitivities only.
     """
 
     parameters: Float64
@@ -71,6 +73,7 @@ class Filtered:
     roots: Float64
     rests: float
     voltage_noise: float
+    voltage_variance: float
     slopes: Float64
     gains: Float64
     moves: Float64
@@ -168,6 +171,8 @@ def _run(
     read = forces.lateness(p)
     readings, later, lasts, keeps = read_without_lag(record, p, read)
     _make_noisier(settings, keeps, float(lasts.mean()))
+    voltage, noisier = driving(record, read[0])
+    settings[kalman.NOISE_VOLTAGE] *= noisier
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
     slopes, gains = np.empty((kept, 3, 4)), np.empty((kept, 3, SIZE))
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
@@ -175,7 +180,7 @@ def _run(
     levels = np.empty(kept)
     spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
     kalman.run(
-        record.since, record.heat, record.dt, record.voltage, record.unsure, record.temperature,
+        record.since, record.heat, record.dt, voltage, record.unsure, record.temperature,
         record.added(forces.LEVEL, p), readings, later, lasts, p, active[forces.ADDS[active]], settings, is_kept,
         states, whitened, roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
     )  # fmt: skip
@@ -184,9 +189,30 @@ def _run(
     found = Filtered(
         p, active, disturbance, likelihood, int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), read, states, whitened, roots, float(settings[kalman.RESTS]),
-        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), slopes, gains, moves, responses, ahead, noises, levels,
+        math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), float(settings[kalman.NOISE_VOLTAGE]),
+        slopes, gains, moves, responses, ahead, noises, levels,
     )  # fmt: skip
     return found, covariances, spreads
+
+
+def driving(record: Record, late: Float64) -> tuple[Float64, float]:
+    """Return the voltage (n) that drives, and the factor of its noise's variance.
+
+    Where a reading of force or current stands for it, `late` (2) is its delay and its lag in s: behind a first-order
+    lag tau, f + tau df/dt was there. The derivative is that to the next sample, so that it holds the noise of two.
+    """
+    delay, lag = late
+    if not record.is_read or not late.any():
+        return record.voltage, 1.0
+    found, last = record.voltage, np.append(record.since[1:] > 0.0, True)
+    if delay != 0.0:
+        segment, time = np.cumsum(record.since > 0.0), record.time
+        found = np.interp(time + delay, time, found)
+        there = np.minimum(np.searchsorted(time, time + delay), len(record) - 1)
+        found = np.where(segment[there] == segment, found, record.voltage)
+    grows = np.where(last, 0.0, np.roll(found, -1) - found)
+    noisier = 1.0 + 2.0 * (lag / float(np.median(record.dt))) ** 2
+    return found + grows * lag / record.dt, noisier
 
 
 def read_without_lag(record: Record, parameters: Float64, read: Float64) -> tuple[Float64, Float64, Float64, Float64]:
@@ -256,9 +282,10 @@ def sensitivities(
     width, count = len(at.parameters), len(base) + len(moving)
     places, tied = np.array([(columns[k].place, columns[k].tied) for k in base], np.int64).reshape(len(base), 2).T
     away = np.array([_moved(at.parameters, one) for one in moving]).reshape(len(moving), width)
-    shapes, modulations = _shapes(record, moving)
+    voltage, _ = driving(record, at.read[0])
+    shapes, modulations = _shapes(record, at, moving, voltage)
     effects = np.array([*(index for _, index in used), *(_index(record, columns[k]) for k in rest)], np.int64)
-    kinds = np.array([*(1 for _ in used), *(_kind(columns[k], at) for k in rest)], np.int64)
+    kinds = np.array([*(1 for _ in used), *(_kind(record, columns[k], at) for k in rest)], np.int64)
     numbers = [*(-1 for _ in used), *(0 if groups is None else groups[k] for k in rest)]
     ends = [len(moving) if one < 0 else len(moving) - numbers[::-1].index(one) for one in numbers]
     until = np.array(ends, np.int64)
@@ -266,7 +293,7 @@ def sensitivities(
     rows = np.zeros((len(record) if is_kept else 0, 3, count))
     apart = record.readings[:, 2] - record.readings[:, 1]
     normal_matrix(
-        record.since, record.heat, record.dt, record.voltage, record.temperature, apart, at.parameters,
+        record.since, record.heat, record.dt, voltage, record.temperature, apart, at.parameters,
         at.states, at.ahead, at.whitened, at.roots, at.slopes, at.read, at.gains, at.moves, at.responses,
         at.levels, places.copy(), tied.copy(), effects, away,
         np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,
@@ -304,20 +331,35 @@ def _moved(parameters: Float64, column: Column) -> Float64:
 def _index(record: Record, column: Column) -> int:
     if column.term >= 0:
         return -1 - record.terms[column.term].channel
+    if drives(record, column):
+        return -1 - forces.LOST
     return -1 - column.channel if column.effect is None else forces.index_of(column.effect)
 
 
-def _kind(column: Column, at: Filtered) -> int:
+def drives(record: Record, column: Column) -> bool:
+    """Tell whether a column is of the lateness of a reading that drives."""
+    return record.is_read and column.effect is not None and column.effect.acts_at(Port.CURRENT_LATENESS)
+
+
+def _kind(record: Record, column: Column, at: Filtered) -> int:
     """Return whether an effect is there without being moved."""
+    if drives(record, column):
+        return 0
     return int(column.effect is not None and forces.index_of(column.effect) in at.active)
 
 
-def _shapes(record: Record, columns: Sequence[Column]) -> tuple[Int64, Float64]:
+def _shapes(record: Record, at: Filtered, columns: Sequence[Column], voltage: Float64) -> tuple[Int64, Float64]:
     """Return each column's row of the modulations, and those (m, n).
 
-    The row is -1 where there is none.
+    The row is -1 where there is none. `voltage` (n) drives.
     """
-    given = np.array([one.term >= 0 for one in columns], bool)
-    rows = np.where(given, np.cumsum(given) - 1, -1).astype(np.int64)
-    shapes = [record.terms[one.term].shape for one in columns if one.term >= 0]
+    shapes, rows = [], np.full(len(columns), -1, np.int64)
+    for k, one in enumerate(columns):
+        if one.term >= 0:
+            shapes.append(record.terms[one.term].shape)
+        elif drives(record, one):
+            shapes.append(voltage - driving(record, forces.lateness(_moved(at.parameters, one))[0])[0])
+        else:
+            continue
+        rows[k] = len(shapes) - 1
     return rows, np.array(shapes).reshape(len(shapes), len(record))

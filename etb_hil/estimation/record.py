@@ -49,6 +49,7 @@ class Record:
     motor's and plate's angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two
     disturbances and the multiples of the noise are set for each run. `terms`: what may be added
     in proportion to sizes, which stand behind the parameters of all effects. Records that are joined have none.
+    `is_read`: a reading of force or current stands for the voltage, and may be late.
     """
 
     since: Float64
@@ -61,6 +62,7 @@ class Record:
     lasts: Float64
     settings: Float64
     terms: tuple[Term, ...] = field(default=(), repr=False)
+    is_read: bool = False
 
     def __len__(self) -> int:
         return len(self.dt)
@@ -75,6 +77,14 @@ class Record:
         """Time in s since the first sample (n), between segments as far as it is known."""
         between = np.where(np.isfinite(self.since[1:]) & (self.since[1:] > 0.0), self.since[1:], self.dt[:-1])
         return np.concatenate([[0.0], np.cumsum(between)])
+
+    @property
+    def goes_both_ways(self) -> bool:
+        """Whether the motion goes over half of its range in each direction, at least."""
+        _, motor, plate = self.readings.T
+        _, angle = _smooth(self.elapsed, motor if np.isfinite(motor).any() else plate)
+        ways = np.diff(angle)
+        return bool(min(ways[ways > 0.0].sum(), -ways[ways < 0.0].sum()) > 0.5 * np.ptp(angle)) if len(ways) else False
 
     def added(self, channel: int, parameters: Float64) -> Float64:
         """Return what the terms add in a channel (n)."""
@@ -177,12 +187,18 @@ def record(
 
 def _velocity(time: Float64, angle: Float64) -> float:
     """Return the rms velocity of a motion in rad/s."""
+    time, angle = _smooth(time, angle)
+    return float(np.sqrt(np.mean((np.diff(angle) / np.diff(time)) ** 2))) if len(time) > 1 else 0.0
+
+
+def _smooth(time: Float64, angle: Float64) -> tuple[Float64, Float64]:
+    """Return every so many samples of a motion that noise of the angle is small."""
     known = np.isfinite(angle)
     time, angle = time[known], angle[known]
     if len(time) < 2:
-        return 0.0
+        return time, angle
     every = min(max(round(_SMOOTH * len(time) / (time[-1] - time[0])), 1), len(time) - 1)
-    return float(np.sqrt(np.mean((np.diff(angle[::every]) / np.diff(time[::every])) ** 2)))
+    return time[::every], angle[::every]
 
 
 def lasting(angle: Float64) -> Float64:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.estimation import kalman
 from etb_hil.estimation.filtering import Column, Filtered, Normal, sensitivities
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.variances import VARIANCES, normal_of_variances
@@ -18,8 +17,7 @@ def scored(record: Record, at: Filtered, columns: Sequence[Column]) -> Normal:
     These stand behind the columns. Each of the `VARIANCES` is in shares of what it is.
     """
     known, count = sensitivities(record, at, columns, is_kept=True), VARIANCES
-    noise = at.disturbance.noise.voltage * record.settings[kalman.NOISE_VOLTAGE]
-    q = np.array([at.disturbance.torque**2, at.disturbance.voltage**2, noise])
+    q = np.array([at.disturbance.torque**2, at.disturbance.voltage**2, at.voltage_variance])
     matrix, gradient, rows = np.zeros((count, count)), np.zeros(count), np.zeros((len(record), 3, count))
     normal_of_variances(
         record.since, record.dt, at.whitened, at.roots, at.slopes, at.gains, at.moves, at.responses, at.noises, q,

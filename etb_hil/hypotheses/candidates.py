@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from etb_hil.estimation.filtering import Column
+from etb_hil.estimation.kalman import STEP_MOTOR, STEP_PLATE
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.constants import BEYOND, LOCAL
@@ -87,7 +88,9 @@ def can_show(record: Record, effect: Effect) -> bool:
     """Return whether a record has what it takes to tell an effect."""
     current, motor, plate = (bool(np.isfinite(one).any()) for one in record.readings.T)
     shows = {
+        Need.BOTH_WAYS: record.goes_both_ways,
         Need.CURRENT: current,
+        Need.DRIVING: current or record.is_read,
         Need.MOTOR_ANGLE: motor,
         Need.PLATE_ANGLE: plate,
         Need.TEMPERATURE: bool(np.ptp(record.temperature) > CHANGES),
@@ -98,18 +101,19 @@ def can_show(record: Record, effect: Effect) -> bool:
 def as_seen(record: Record, effects: Mapping[str, Effect], gear_ratio: float) -> dict[str, Effect]:
     """Return effects with possible strengths, and with shapes that a record shows.
 
-    A wave of which less than a period is seen is any curve, and so is a bump as wide as the range. Effects
-    of which no shape is seen are left out.
+    A wave of which less than a period is seen is any curve, and so is a bump as wide as the range. What is narrower
+    than a step of the angle is not seen. Effects of which no shape is seen are left out.
     """
     _, motor, plate = record.readings.T
     angle = motor if np.isfinite(motor).any() else plate
     seen = max(float(np.nanmax(angle) - np.nanmin(angle)), _STILL)
     period, width = 2.0 * math.pi / (gear_ratio * seen), LOCAL * seen
+    step = float(record.settings[STEP_MOTOR if angle is motor else STEP_PLATE])
 
     def possible(effect: Effect, one: EffectParameter) -> EffectParameter:
         if one.is_strength:
             return replace(one, low=max(one.low, 0.0)) if effect.is_one_way else one
-        low = max(one.low, period) if one.unit == "1/turn" else one.low
+        low = max(one.low, period) if one.unit == "1/turn" else max(one.low, step) if one.is_width else one.low
         high = min(one.high, width) if one.is_width else one.high
         return replace(one, low=low, high=high, starts=tuple(dict.fromkeys(np.clip(one.starts, low, high).tolist())))
 
@@ -142,14 +146,16 @@ def candidates(record: Record, parameters: Float64, effects: Iterable[Effect]) -
 def unknowns_of(effect: Effect, parameters: Float64) -> list[Unknown]:
     """Return all that is fitted of an effect, within its bounds.
 
-    Strengths are fitted about 0, shapes about where they stand. A number of slots or poles is what it is.
+    Strengths are fitted about 0, shapes about where they stand. A number of slots or poles is what it is, or near its
+    start where a drive's turn may not be its motor's. A further wave with an order of 0 is not there.
     """
     found = []
     for one, place in zip(effect.stated, effect.stated_indices, strict=True):
-        if one.is_count:
+        if one.is_count or (one.under and parameters[effect.place(one.under)] == 0.0):
             continue
         mean = 0.0 if one.is_strength else float(parameters[place])
-        deviation = one.scale if one in effect.finer and one.scale else _width(one)
+        is_near = one in effect.finer or any(other.under for other in effect.finer)
+        deviation = one.scale if is_near and one.scale and not (one.under and one.is_strength) else _width(one)
         name = f"{effect.id}.{one.name}"
         found.append(Unknown(name, place, mean, deviation, effect=effect, low=one.low, high=one.high))
     return found

@@ -17,8 +17,9 @@ from etb_hil.hypotheses.constants import OFFSET
 from etb_hil.hypotheses.terms import bench_unknowns, with_room, with_terms
 from etb_hil.plant.device_effects import effects_of
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import INDUCTANCE, LIMP_HOME, STOP_HIGH, STOP_LOW
+from etb_hil.plant.physics import INDUCTANCE, LIMP_HOME, RESISTANCE, STOP_HIGH, STOP_LOW, TORQUE_PER_AMPERE
 from etb_hil.recording.samples import Float64
 
 
@@ -45,11 +46,13 @@ class Prepared:
 def prepared(whole: Record, model: Model) -> Prepared:
     """Return what is compared of a record of a model's device."""
     record = with_terms(whole)
-    effects = effects_of(model)
+    p = with_room(model.vector())
+    torque = float(p[TORQUE_PER_AMPERE] / p[RESISTANCE] * np.abs(record.voltage).max())
+    effects = effects_of(model, torque)
     base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
-    unknowns = (*base, *bench_unknowns(record), *_stated(model, effects))
     seen = as_seen(record, effects, model.values.gear_ratio)
-    return Prepared(record, seen, unknowns, with_room(model.vector()))
+    unknowns = (*base, *bench_unknowns(record), *_stated(model, effects), *_late(record, seen, p))
+    return Prepared(record, seen, unknowns, p)
 
 
 def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
@@ -67,6 +70,15 @@ def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
         return unknown
     reach = unknown.reach + off
     return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
+
+
+def _late(record: Record, effects: Mapping[str, Effect], parameters: Float64) -> list[Unknown]:
+    """Return the unknowns of the delay and the lag of a reading that drives.
+
+    They are the bench's, so that each model has them.
+    """
+    late = [one for one in effects.values() if record.is_read and one.acts_at(Port.CURRENT_LATENESS)]
+    return [unknown for effect in late for unknown in unknowns_of(effect, parameters)]
 
 
 def _stated(model: Model, effects: Mapping[str, Effect]) -> list[Unknown]:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.calibration import settled
+from etb_hil.estimation.calibration import first_disturbance, settled
 from etb_hil.estimation.climbing import Fitted, begun, climbed
 from etb_hil.estimation.filtering import filtered
 from etb_hil.estimation.record import Record
-from etb_hil.hypotheses.candidates import Candidate, candidates
+from etb_hil.hypotheses.candidates import Candidate, can_show, candidates
 from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, are_numbers, fitted, misfit, unknowns_with
 from etb_hil.hypotheses.constants import (
     BEGUN,
@@ -37,7 +37,9 @@ from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.starts import beginning, from_elsewhere, likelier
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
+from etb_hil.hypotheses.waves import several
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.parameters import Model
 
 
@@ -70,6 +72,7 @@ class Step:
         if not self.is_material:
             least = (1.0 - EQUIVALENT_SHAPE**2) * self.best.evidence
             return tuple(one for one in others if one.evidence > least)
+        others = [one for one in others if one.misfit < self.misfit]
         return tuple(one for one in others if not self.best.excludes(one) and one.evidence > GAIN)
 
 
@@ -100,7 +103,8 @@ class Found:
         if left < NOTHING and not self.needed:
             return "adequate"
         is_named = self.needed and len(self.causes) == len(self.needed)
-        if not is_named or left > max(NOTHING, EQUIVALENT_SHAPE * misfit(self.calibrated)):
+        without = max([misfit(self.calibrated), *(step.misfit for step in self.needed[:1])])
+        if not is_named or left > max(NOTHING, EQUIVALENT_SHAPE * without):
             return "unexplained"
         return "ambiguous" if any(step.group for step in self.causes) else "explained"
 
@@ -137,7 +141,25 @@ def searched(
             needed = _compared_again(record, first, needed, made.effects)
         except KeyboardInterrupt:
             is_interrupted = True
-    return Found(record, first, tuple(steps), tuple(needed), is_interrupted)
+    late = None if is_interrupted else _late(record, needed[-1].best.fit if needed else first, set(without))
+    return Found(record, first, tuple(steps), (*([late] if late else []), *needed), is_interrupted)
+
+
+def _late(record: Record, fit: Fitted, without: Collection[str]) -> Step | None:
+    """Return the step of a late reading that each model has, where it matters."""
+    effects = {one.effect.id: one.effect for one in fit.unknowns if one.effect and record.is_read}
+    for id_, effect in effects.items():
+        places = list(effect.acting_indices)
+        if id_ in without or not effect.acts_at(Port.CURRENT_LATENESS) or not fit.parameters[places].any():
+            continue
+        p = fit.parameters.copy()
+        p[places] = 0.0
+        others = [one for one in fit.unknowns if one.effect is not effect]
+        before = settled(record, begun(record, p, others, first_disturbance(p)))
+        found = Hypothesis.of((id_,), before, fit)
+        if found.evidence > GAIN and found.misfit < NEEDED * found.without and found.without > NOTHING:
+            return Step(found.without, (found,), NEEDED, is_material=True)
+    return None
 
 
 def _steps(
@@ -251,8 +273,10 @@ def stepped(
 
     `without`: ids that are none. A cause that matters leaves a `share` of the misfit at most.
     """
-    named = [one for id_, one in effects.items() if id_ not in without]
+    has = {one.effect.id for one in before.unknowns if one.effect}
+    named = [one for id_, one in effects.items() if id_ not in without and id_ not in has]
     known: list[Candidate | Drift] = [*candidates(record, before.parameters, named)]
+    known += several(record, before, [one for one in named if can_show(record, one)])
     if DRIFT not in without:
         known.append(Drift(before.parameters))
     base = [one.name for one in before.unknowns if one.effect is None and np.isfinite(one.reach)]
@@ -305,16 +329,17 @@ def _fitted_from(
 def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step | None:
     """Return the step that some hypotheses make.
 
-    None where no one is likelier than the fit before.
+    None where no one is likelier than the fit before. The best one has a smaller misfit than that, if any has.
     """
     found = sorted((one for one in fits if not any(map(one.is_idle_beside, fits))), key=lambda one: -one.evidence)
     found = [one for one in found if one.evidence > GAIN]
     if not found:
         return None
     left = misfit(before)
-    likeliest = [one for one in found if one.evidence > found[0].evidence - GAIN]
+    lessening = [one for one in found if one.misfit < left] or found
+    likeliest = [one for one in lessening if one.evidence > lessening[0].evidence - GAIN]
     material = [one for one in likeliest if one.misfit < share * left]
-    best = (material or found)[0]
+    best = (material or lessening)[0]
     return Step(left, (best, *(one for one in found if one is not best)), share, bool(material))
 
 

@@ -83,6 +83,7 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
     lacks = {  # of two needs of one effect the later one is said
         Need.PLATE_ANGLE: (any(plate is None for _, plate in angles), "no plate angle"),
         Need.CURRENT: (not all(b.has[1] for b in balances), "no current" if device.has_winding else "no winding"),
+        Need.DRIVING: (any(b.measured.current is None for b in balances), "no current"),
         Need.OPEN_BRIDGE: (not device.is_throttle, "the bridge of a drive is never open"),
         Need.THROTTLE: (not device.is_throttle, "not part of a drive"),
         Need.SPRING: (not device.has_spring, "no spring"),

@@ -81,6 +81,8 @@ class Balances:
         self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
         self.load = 1.0 if measured.device.is_throttle else v.coulomb / THROTTLE_FRICTION
+        stall = v.torque_per_ampere / v.resistance * float(np.abs(measured.voltage).max())
+        self.largest = 0.0 if measured.device.is_throttle else stall  # torque that drove it
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
         self.is_open = open_bridge(measured)
         self._samples = spectrum.of(until_next(measured.voltage, self.is_open))

@@ -72,7 +72,9 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     vector = model.vector()
     for entry in model.effects:
         effect = CATALOGUE[entry.id]
-        own = effect_unknowns(effect, [float(vector[place]) for place in effect.indices], balances[0].load)
+        own = effect_unknowns(
+            effect, [float(vector[place]) for place in effect.indices], balances[0].load, balances[0].largest
+        )
         found += measured_unknowns(own, effect, model)
     return found
 

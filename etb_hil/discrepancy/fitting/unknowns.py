@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import NUISANCES
+from etb_hil.plant.device_effects import within
 from etb_hil.plant.effects.effect import Effect, EffectParameter
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -122,10 +123,10 @@ def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
     ]
 
 
-def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) -> list[Unknown]:
+def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0, largest: float = 0.0) -> list[Unknown]:
     """Return an effect's parameters about given shapes, strengths scaled by a step.
 
-    `load`: the ratio of this drive's torques to a throttle's.
+    `load`: the ratio of this drive's torques to a throttle's; `largest`: that which drove it, in N·m (`within`).
     """
     found, first = [], 1.0
     for parameter, place, value in zip(effect.parameters, effect.indices, values, strict=True):
@@ -135,7 +136,7 @@ def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) 
             scale = first * size
         else:
             scale = parameter.scale or max(0.25 * abs(value), 0.02 * (parameter.high - parameter.low))
-        found.append(_of_effect(effect, parameter, place, scale, size))
+        found.append(_of_effect(effect, parameter, place, scale, size, largest))
     return found
 
 
@@ -163,12 +164,17 @@ def finer_unknowns(effect: Effect, load: float = 1.0) -> list[Unknown]:
     """Return an effect's finer shapes; `load`: this drive's torques over a throttle's."""
     found = []
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
+        if parameter.under:
+            continue  # a further wave is as the likelihood has it
         size = load if parameter.unit == "N·m" else 1.0
-        found.append(_of_effect(effect, parameter, place, size * parameter.scale, size))
+        found.append(_of_effect(effect, parameter, place, size * parameter.scale, size, 0.0))
     return found
 
 
-def _of_effect(effect: Effect, parameter: EffectParameter, place: int, scale: float, size: float) -> Unknown:
+def _of_effect(
+    effect: Effect, parameter: EffectParameter, place: int, scale: float, size: float, largest: float
+) -> Unknown:
     """Return an effect's parameter as an unknown about 0; `size` scales its bounds."""
     name = f"{effect.id}.{parameter.name}"
-    return Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1)
+    low, high = within(parameter, size, largest if parameter.unit == "N·m" else 0.0)
+    return Unknown(name, place, 0.0, scale, low / scale, high / scale, 0.1)

@@ -27,7 +27,7 @@ def as_record(measured: Measurement, model: Model) -> Record:
         unsure = np.where(bad, np.max(np.square(measured.voltage)), 0.0)
         made = record(time, measured.voltage, model, motor=_read(measured.angle, bad), unsure=unsure)
         made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2
-        return made
+        return replace(made, is_read=True)
     current, motor, plate = (_read(one, bad) for one in (measured.current, *measured.motor_and_plate))
     # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
     unsure = np.where(open_bridge(measured) | bad, model.values.voltage_limit**2, 0.0)

@@ -17,6 +17,7 @@ from etb_hil.discrepancy.candidates.candidate import (
     parameter_id,
     unjudged,
 )
+from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import t_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
@@ -136,11 +137,11 @@ def _fitted(findings: Findings, before: Calibration, best: Hypothesis) -> tuple[
     The base model is that of the balances or that of the likelihood, whichever leaves less. The second value is
     Student's t of what it explains of held-out segments.
     """
-    residual, load = residual_of(findings.balances), findings.balances[0].load
+    residual, first = residual_of(findings.balances), findings.balances[0]
     candidate, whole = _candidate(best), before.fit.whole
     begins = [fit_of(residual, begin) for begin in (_near(whole, best.fit.parameters), best.added_to(whole))]
     begin = min(begins, key=lambda one: one.cost)
-    unknowns = _unknowns_of(before.unknowns, candidate, begin.whole, load)
+    unknowns = _unknowns_of(before.unknowns, candidate, begin.whole, first)
     found = Calibration(unknowns, *gauss_newton(residual, begin, unknowns, _ITERATIONS))
     return Refined(candidate, found.fit, found.unknowns), t_of(found, before, findings.balances)
 
@@ -160,10 +161,10 @@ def _candidate(best: Hypothesis) -> Candidate:
     return Candidate(file_name(first), frees=tuple(id_.removeprefix(PARAMETER) for id_ in best.ids))
 
 
-def _unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
+def _unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, first: Balances) -> list[Unknown]:
     """Return the unknowns of a candidate's fit: base, freed ones, the effect's."""
     moved = [u.free() if u.name in candidate.frees else u for u in base]
     if candidate.effect is None:
         return moved
     shapes = [float(start[place]) for place in candidate.effect.indices]
-    return moved + effect_unknowns(candidate.effect, shapes, load)
+    return moved + effect_unknowns(candidate.effect, shapes, first.load, first.largest)

@@ -43,9 +43,11 @@ class Need(Enum):
     """
 
     CURRENT = "a measured current"
+    DRIVING = "a measured current, force or torque"
     TEMPERATURE = "a measured temperature that changes"
     PLATE_ANGLE = "the plate's angle"
     MOTOR_ANGLE = "the motor's angle"
+    BOTH_WAYS = "motion in both directions"
     OPEN_BRIDGE = "coasting with the bridge open"
     THROTTLE = "a plate with springs, stops and a gear"
     SPRING = "a spring"
@@ -90,8 +92,9 @@ class EffectParameter:
     `starts`: for a strength the physical steps that a search tries, for a shape the grid of its values. A strength at
     zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. `scale`: how
     far a shape moves at a time, where a quarter of it is too far. `elsewhere`: where a fit has to begin, too,
-    because no slope leads there. `is_count`: in a motor it is a whole number. `is_width`: how far about
-    its place the effect reaches, in rad.
+    because no slope leads there. `under`: the shape by whose value of 0 it is no part of the effect, as the order of a
+    further wave. `is_count`: in a motor it is a whole number. `is_width`: how far the
+    effect reaches about a place, in rad.
     """
 
     name: str
@@ -105,6 +108,7 @@ class EffectParameter:
     elsewhere: tuple[float, ...] = ()
     is_count: bool = False
     is_width: bool = False
+    under: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,10 +299,14 @@ def finer(
     elsewhere: tuple[float, ...] = (),
     *,
     is_strength: bool = False,
+    under: str = "",
 ) -> EffectParameter:
     """Return a shape that is 0 for the plain curve.
 
     `scale` is how far it moves at a time, `elsewhere` are other starts. `is_strength`: it makes the effect by itself.
+    `under`: see `EffectParameter`.
     """
     start = (0.0,)
-    return EffectParameter(name, unit, low, high, start, source, is_strength, scale=scale, elsewhere=elsewhere)
+    return EffectParameter(
+        name, unit, low, high, start, source, is_strength, scale=scale, elsewhere=elsewhere, under=under
+    )

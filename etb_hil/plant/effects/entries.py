@@ -111,4 +111,5 @@ def entry_of(effect: Effect, p: Vector) -> dict[str, str | float]:
     return {
         parameter.name: written(float(p[place]), parameter)
         for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
+        if not parameter.under or p[effect.place(parameter.under)] != 0.0
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from etb_hil.plant.effects.curves import side
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, finer, shape, strength
 from etb_hil.plant.effects.port import Port
 
 
@@ -64,5 +64,6 @@ EFFECT = Effect(
         finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is equal on both sides", 0.25),
     ),
     terms={Port.FRICTION_SHARE: share, Port.VISCOUS_SHARE: viscous_share},
+    needs=frozenset({Need.BOTH_WAYS}),
     separated_on_drive="mount the axis the other way round: its friction turns with it, a load does not",
 )

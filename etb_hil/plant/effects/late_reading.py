@@ -16,19 +16,19 @@ _DELAYS = (
     *(0.0001, 0.0002, 0.0005), *(0.001 * k for k in (1, 2, 3, 4)), *(0.002 * k for k in (3, 4, 5, 6)),
     *(0.004 * k for k in (4, 5, 6, 7)),
 )  # fmt: skip
-_LAGS = tuple(0.001 * 2.0**k for k in range(5))
+_LAGS = tuple(0.001 * 2.0**k for k in range(9))
 _LONGEST = 601  # ticks that a reading may be late: the bound of the delay
 MEMORY = 2 + _LONGEST  # the reading behind the lag, the place of the newest of a ring, and the ring
 
 
-def parameters(delayed_by: str, filtered_by: str) -> tuple[EffectParameter, EffectParameter]:
+def parameters(delayed_by: str, filtered_by: str, longest: float = 0.03) -> tuple[EffectParameter, EffectParameter]:
     """Return the parameters of a late reading: delay and time constant in s.
 
-    `delayed_by` and `filtered_by`: what they come from in practice.
+    `delayed_by` and `filtered_by`: what they come from in practice. `longest`: the largest time constant in s.
     """
     return (
         strength("delay", "s", -0.002, 0.03, (0.0003,), delayed_by, _DELAYS),
-        strength("lag", "s", -0.002, 0.03, (), filtered_by, _LAGS),
+        strength("lag", "s", -0.002, longest, (), filtered_by, tuple(lag for lag in _LAGS if lag <= longest)),
     )
 
 

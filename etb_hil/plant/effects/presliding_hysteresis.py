@@ -34,7 +34,7 @@ EFFECT = Effect(
     parity=Parity.ODD,
     parameters=(
         strength("torque", "N·m", -0.1, 0.5, (0.02,), "a part of T_c"),
-        shape("way", "rad", 2e-4, 0.04, (0.001, 0.003, 0.008), "0.05 to 0.5 deg"),
+        shape("way", "rad", 2e-4, 0.04, (0.001, 0.003, 0.008), "0.05 to 0.5 deg", is_width=True),
     ),
     looks_like="torque lags the angle at small reversals, without any free play",
     check="check seals and grease; a slope of torque over angle in small reversals excludes backlash",
