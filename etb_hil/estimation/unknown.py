@@ -22,6 +22,8 @@ from etb_hil.recording.samples import Float64
 
 _STEP = 0.01  # of a standard deviation: step of the differences
 _EXACT = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")  # teeth are counted; K_e moves with K_t
+# Of a drive: a constant load acts either way, and positions are counted from anywhere.
+_EITHER_WAY = ("preload_open", "limp_home", "stop_low", "stop_high")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +77,13 @@ def base_unknowns(model: Model) -> list[Unknown]:
 
     Each is uniform within it, by its first two moments.
     """
+    either_way = () if model.device.is_throttle else _EITHER_WAY
     found = []
     for place, one in enumerate(fields(ThrottleParameters)):
         half = model.tolerance(one.name) if one.name not in _EXACT else 0.0
         if half > 0.0:
             mean = getattr(model.values, one.name)
             tied = BACK_EMF if place == TORQUE_PER_AMPERE else -1
-            low = 0.05 * mean if mean > 0.0 else -np.inf
+            low = 0.05 * mean if mean > 0.0 and one.name not in either_way else -np.inf
             found.append(Unknown(one.name, place, mean, half / np.sqrt(3.0), half, tied=tied, low=low))
     return found
