@@ -134,14 +134,16 @@ def searched(
     needed = list(steps)
     while needed and not needed[-1].is_material:
         needed.pop()
-    if len(needed) > 1 and not is_interrupted:
-        progress("comparing the causes again, beside each other")
-        try:
+    late = None
+    try:
+        if len(needed) > 1 and not is_interrupted:
+            progress("comparing the causes again, beside each other")
             needed = _needed(record, first, needed, made.effects)
             needed = _compared_again(record, first, needed, made.effects)
-        except KeyboardInterrupt:
-            is_interrupted = True
-    late = None if is_interrupted else _late(record, needed[-1].best.fit if needed else first, set(without))
+        if not is_interrupted:
+            late = _late(record, needed[-1].best.fit if needed else first, set(without))
+    except KeyboardInterrupt:
+        is_interrupted = True
     return Found(record, first, tuple(steps), (*([late] if late else []), *needed), is_interrupted)
 
 
