@@ -9,6 +9,9 @@ from synthetic import MODEL
 from etb_hil.discrepancy.measured.angles import grid_of
 from etb_hil.discrepancy.measured.decimation import decimated
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.plant.device import Device, Driven
+
+DRIVE = Device(is_throttle=False, driven=Driven.FORCE)
 
 COUNT = 11
 
@@ -47,7 +50,7 @@ def test_a_mean_over_a_bad_sample_is_bad(fast):
 
 
 def test_a_drives_force_is_what_drives_it(fast):
-    found = decimated(replace(fast, is_drive=True))
+    found = decimated(replace(fast, device=DRIVE))
     assert found.current is found.voltage
 
 

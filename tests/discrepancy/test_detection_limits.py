@@ -16,8 +16,12 @@ from etb_hil.hypotheses.candidates import candidates
 from etb_hil.hypotheses.comparison import misfit
 from etb_hil.hypotheses.constants import NOTHING
 from etb_hil.hypotheses.prepared import prepared
+from etb_hil.plant.device import Device, Driven
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
+
+NOT_OF_A_THROTTLE = {"gravity_load": "nothing that gravity turns"}
+LINEAR = Device(is_throttle=False, driven=Driven.FORCE, is_linear=True)
 
 
 @pytest.fixture(scope="module")
@@ -63,14 +67,14 @@ def calibrated(p):
 )
 def test_without_a_sensor_effects_say_what_is_missing(healthy, missing, effect, says):
     measured = healthy.balances[0].measured
-    assert beyond_judging([Balances(measured, MODEL)]) == {}
+    assert beyond_judging([Balances(measured, MODEL)]) == NOT_OF_A_THROTTLE
     assert beyond_judging([Balances(replace(measured, **missing), MODEL)])[effect] == says
 
 
 def test_a_coarse_encoder_is_a_second_angle_beside_the_plates_sensor(healthy):
     measured = healthy.balances[0].measured
     plates = replace(measured, angle=measured.plate, plate=None, is_plates=True)
-    assert beyond_judging([Balances(replace(plates, encoder=measured.angle), MODEL)]) == {}
+    assert beyond_judging([Balances(replace(plates, encoder=measured.angle), MODEL)]) == NOT_OF_A_THROTTLE
     alone = beyond_judging([Balances(plates, MODEL)])
     assert alone["motor_angle_delay"] == alone["sensor_hysteresis"] == "no motor angle"
     assert not {"angle_delay", "plate_angle_delay"} & set(alone)
@@ -94,6 +98,6 @@ def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
     assert "not detectable in these data" in limits["end_stop_compliance"]["text"]  # the sweep meets no stop
     assert (limits["end_stop_compliance"]["limit"], limits["end_stop_compliance"]["within_bounds"]) == (None, False)
     measured = findings.balances[0].measured
-    linear = SimpleNamespace(measured=replace(measured, is_linear=True))
+    linear = SimpleNamespace(measured=replace(measured, device=LINEAR))
     as_linear = SimpleNamespace(balances=[linear], is_linear=True)
     assert where_it_went(as_linear) == "0.199 to 1.28 m"

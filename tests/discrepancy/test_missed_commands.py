@@ -16,8 +16,11 @@ from etb_hil.discrepancy.fitting.rerun import rerun
 from etb_hil.discrepancy.measured.missed_commands import may_miss_commands, rate_of_voltage
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.plant.device import Device, Driven
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.parameters import load_model
+
+DRIVE = Device(is_throttle=False, driven=Driven.FORCE)
 
 
 def _measured(hertz, seed=214300, effects=(), view="full", **changed):
@@ -129,7 +132,7 @@ def test_without_a_current_slow_samples_tell_nothing_of_commands():
 
 
 def test_a_drive_is_given_what_its_samples_say():
-    assert not may_miss_commands(*_measured(500, is_drive=True))
+    assert not may_miss_commands(*_measured(500, device=DRIVE))
 
 
 @pytest.mark.study

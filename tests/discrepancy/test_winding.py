@@ -9,6 +9,9 @@ from synthetic import MODEL, RATE, measurement
 
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.measured.plausibility import must_be_of_winding
+from etb_hil.plant.device import Device, Driven
+
+DRIVE = Device(is_throttle=False, driven=Driven.FORCE)
 
 
 @pytest.fixture(scope="module")
@@ -87,5 +90,5 @@ def test_a_few_samples_at_rest_are_too_few_to_say_so(measured):
 
 
 def test_a_drive_has_no_winding_and_a_record_may_have_no_current(measured):
-    assert must_be_of_winding([replace(measured, current=-1e3 * measured.current, is_drive=True)], MODEL) is None
+    assert must_be_of_winding([replace(measured, current=-1e3 * measured.current, device=DRIVE)], MODEL) is None
     assert must_be_of_winding([replace(measured, current=None)], MODEL) is None
