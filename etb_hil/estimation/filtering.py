@@ -331,19 +331,19 @@ def _moved(parameters: Float64, column: Column) -> Float64:
 def _index(record: Record, column: Column) -> int:
     if column.term >= 0:
         return -1 - record.terms[column.term].channel
-    if drives(record, column):
+    if _delays_drive(record, column):
         return -1 - forces.LOST
     return -1 - column.channel if column.effect is None else forces.index_of(column.effect)
 
 
-def drives(record: Record, column: Column) -> bool:
+def _delays_drive(record: Record, column: Column) -> bool:
     """Tell whether a column is of the lateness of a reading that drives."""
     return record.is_read and column.effect is not None and column.effect.acts_at(Port.CURRENT_LATENESS)
 
 
 def _kind(record: Record, column: Column, at: Filtered) -> int:
     """Return whether an effect is there without being moved."""
-    if drives(record, column):
+    if _delays_drive(record, column):
         return 0
     return int(column.effect is not None and forces.index_of(column.effect) in at.active)
 
@@ -357,7 +357,7 @@ def _shapes(record: Record, at: Filtered, columns: Sequence[Column], voltage: Fl
     for k, one in enumerate(columns):
         if one.term >= 0:
             shapes.append(record.terms[one.term].shape)
-        elif drives(record, one):
+        elif _delays_drive(record, one):
             shapes.append(voltage - driving(record, forces.lateness(_moved(at.parameters, one))[0])[0])
         else:
             continue

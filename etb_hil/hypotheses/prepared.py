@@ -15,11 +15,11 @@ from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import as_seen, unknowns_of
 from etb_hil.hypotheses.constants import OFFSET
 from etb_hil.hypotheses.terms import bench_unknowns, with_room, with_terms
-from etb_hil.plant.device_effects import effects_of
+from etb_hil.plant.device_effects import effects_of, largest_torque
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import INDUCTANCE, LIMP_HOME, RESISTANCE, STOP_HIGH, STOP_LOW, TORQUE_PER_AMPERE
+from etb_hil.plant.physics import INDUCTANCE, LIMP_HOME, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
 
@@ -47,8 +47,7 @@ def prepared(whole: Record, model: Model) -> Prepared:
     """Return what is compared of a record of a model's device."""
     record = with_terms(whole)
     p = with_room(model.vector())
-    torque = float(p[TORQUE_PER_AMPERE] / p[RESISTANCE] * np.abs(record.voltage).max())
-    effects = effects_of(model, torque)
+    effects = effects_of(model, largest_torque(model, record.voltage))
     base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
     seen = as_seen(record, effects, model.values.gear_ratio)
     unknowns = (*base, *bench_unknowns(record), *_stated(model, effects), *_late(record, seen, p))

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect, EffectParameter
 from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
+
+
+def largest_torque(model: Model, voltage: Vector) -> float:
+    """Return the largest torque in N·m that a voltage (n, V) makes at rest."""
+    v = model.values
+    return v.torque_per_ampere / v.resistance * float(np.abs(voltage).max())
 
 
 def effects_of(model: Model, largest: float = 0.0) -> dict[str, Effect]:

@@ -30,7 +30,7 @@ SPRING = {
 
 
 def read(folder, name="pendulum", **changes):
-    """Read an example with some of its parts changed; None leaves one out."""
+    """Read an example with some of its parts changed, without those that are None."""
     content = yaml.safe_load((EXAMPLES / f"{name}.drive.yaml").read_text("utf-8"))
     content = {key: value for key, value in {**content, **changes}.items() if value is not None}
     path = folder / "drive.yaml"

@@ -21,6 +21,7 @@ from etb_hil.discrepancy.measured.measurement import Measurement, voltage_rms
 from etb_hil.discrepancy.measured.regimes import Regimes
 from etb_hil.discrepancy.measured.sampling import held, jitter, missed_by_samples, open_bridge, trembling, until_next
 from etb_hil.discrepancy.measured.spectrum import Complex128, Spectrum
+from etb_hil.plant.device_effects import largest_torque
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import readings
 from etb_hil.plant.effects.effect import REFERENCE
@@ -81,8 +82,7 @@ class Balances:
         self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
         self.load = 1.0 if measured.device.is_throttle else v.coulomb / THROTTLE_FRICTION
-        stall = v.torque_per_ampere / v.resistance * float(np.abs(measured.voltage).max())
-        self.largest = 0.0 if measured.device.is_throttle else stall  # torque that drove it
+        self.largest = 0.0 if measured.device.is_throttle else largest_torque(model, measured.voltage)
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
         self.is_open = open_bridge(measured)
         self._samples = spectrum.of(until_next(measured.voltage, self.is_open))

@@ -16,7 +16,7 @@ from etb_hil.plant.parameters import Model
 
 
 def repaired(measured: Measurement, model: Model) -> Measurement:
-    """Return a throttle's measurement without sensor errors; its flags say which."""
+    """Return a measurement of a winding without sensor errors; its flags say which."""
     if not measured.device.has_winding or measured.rate < SLOWEST:
         return measured
     m = _with_its_noise(measured)
@@ -36,7 +36,7 @@ def _without_spikes(m: Measurement) -> Measurement:
         what = (
             f"1 single value of {m.role(name)} jumps" if count == 1 else f"{count} single values of {m.role(name)} jump"
         )
-        said.append(f"{what} away and back faster than a throttle can: the analysis interpolates there")
+        said.append(f"{what} away and back faster than a motor can: the analysis interpolates there")
     return replace(m, flags=(*m.flags, *said), **columns)
 
 
