@@ -37,7 +37,7 @@ drive_noise: 0.0005 N·m
 
 pytestmark = [
     pytest.mark.skipif(not DATA.is_dir(), reason="the measured data are not beside this checkout"),
-    pytest.mark.slow,
+    pytest.mark.study,
 ]
 
 
