@@ -39,15 +39,25 @@ CASES = {
 
 def searched(axis):
     """What the tool finds of an axis."""
-    time_ns = np.round(axis.table["time"] * 1e9).astype(np.int64)
-    columns = {role: values for role, values in axis.table.items() if role != "time"}
-    recording = Recording("drawn axis", ClockGrade.TABLE)
-    recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    model = model_of(axis)
+    return search(model, balances_of(axis, model))
+
+
+def model_of(axis):
+    """What an axis' file states."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drive.yaml"
         path.write_text(axis.file, "utf-8")
-        model = load_plant(path)
-    return search(model, [Balances(m, model) for m in measurements_of(recording, model)])
+        return load_plant(path)
+
+
+def balances_of(axis, model, name="drawn axis"):
+    """The balances of what was measured on an axis."""
+    time_ns = np.round(axis.table["time"] * 1e9).astype(np.int64)
+    columns = {role: values for role, values in axis.table.items() if role != "time"}
+    recording = Recording(name, ClockGrade.TABLE)
+    recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    return [Balances(m, model) for m in measurements_of(recording, model)]
 
 
 def outcome(findings, truths):

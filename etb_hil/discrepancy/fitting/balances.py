@@ -6,7 +6,8 @@ noise of the data sheet, so that a true model leaves about 1 in every balance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,9 +93,7 @@ class Balances:
         self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
-        self._known: Cache[_Truth] = Cache()  # each is large, and few parameters are a sensor's
-        self._integrated: Cache[_Modelled] = Cache(cores())
-        self._places: Cache[Complex128] = Cache(cores())
+        self.forget()
         base = v.vector()
         self._whiten, self.share_of_steps = _whitening(measured, model, spectrum)
         truth = self._truth(extended(base))
@@ -102,6 +101,22 @@ class Balances:
         self.has = (True, measured.current is not None and measured.device.has_winding, measured.plate is not None)
         self.samples = len(self.regimes.label)
         self.weights = self.regimes.start_weights(self.has)
+
+    def forget(self) -> None:
+        """Empty the caches."""
+        self._known: Cache[_Truth] = Cache()  # each is large, and few parameters are a sensor's
+        self._integrated: Cache[_Modelled] = Cache(cores())
+        self._places: Cache[Complex128] = Cache(cores())
+
+    def counted_from(self, shift: float) -> Balances:
+        """Return these balances with a shift (rad, or m) added to the angle.
+
+        Whitening, weights and regimes stay as they are: the drive has no stops.
+        """
+        found = copy(self)
+        found.measured = replace(self.measured, angle=self.measured.angle + shift)
+        found.forget()
+        return found
 
     def residual(self, p: Vector, nuisance: Float64) -> Float64:
         """Return all balances (3 m) over their noise, weighted; zero where not judged."""

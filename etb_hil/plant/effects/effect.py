@@ -246,6 +246,16 @@ class Effect:
         return bool(self.at(*ports))
 
     @property
+    def depends_on_angle(self) -> bool:
+        """Whether a term takes the angle itself: it has a place, or a phase."""
+        return any(
+            {"theta", "angle"} & set(arguments(one))
+            for port in self.terms
+            if not port.has_memory
+            for one in self.at(port)
+        )
+
+    @property
     def is_of_friction(self) -> bool:
         """Whether it changes friction: its level, its curve, or the viscosity."""
         return self.acts_at(*FRICTION)

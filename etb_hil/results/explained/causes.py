@@ -170,7 +170,8 @@ class ErrorWithAndWithout:
 class Transfer:
     """Whether another recording shows a cause, too.
 
-    `explained_share` is the part of that recording's squared residual that the cause explains.
+    `explained_share` is the part of that recording's squared residual that the cause explains. `angle_shift` is the
+    unknown zero of an incremental encoder.
     """
 
     cause: str
@@ -185,3 +186,5 @@ class Transfer:
     """Error of a free run over the other recording."""
     text: str
     """The result as a sentence."""
+    angle_shift: float | None = None
+    """Shift added to its angle for the first recording's zero; null without one."""

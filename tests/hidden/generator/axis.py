@@ -96,6 +96,8 @@ def draw_axis(
     tooth=0.0,
     rate=1000,
     seconds=40.0,
+    way_of=None,
+    zero=0.0,
 ):
     """Draw an axis, run it for `seconds` and measure it at `rate` rows a second; its file is up to 10 % off.
 
@@ -103,6 +105,7 @@ def draw_axis(
     force at most, in shares of the friction; `is_stated`: whether the file has them. `force_scale`: what its force is
     read as, over what it is; `wrong`: {parameter's place: true value over the drawn one}; `asymmetry`: a share of the
     friction; `tooth`: a force that comes once a turn, in shares of the friction.
+    `way_of`: seed of another path and noise of the same unit; `zero`: what its sensor reads at 0, in turns.
     """
     rng = np.random.default_rng([seed, *motion.encode()])
     mass, coulomb, viscous, settled, presliding, steps, (way, speed, acceleration) = _MOTIONS[motion]
@@ -135,6 +138,7 @@ def draw_axis(
         believed[places] = p[places] * rng.uniform(1.0 / 1.05, 1.05, 3)
     for place, factor in dict(wrong).items():
         p[place] *= factor
+    rng = rng if way_of is None else np.random.default_rng([way_of, *motion.encode()])
     path = _path(rng, seconds, way, speed, acceleration)
     speeds = np.gradient(path, _CONTROL * TICK)
     ahead = believed[MASS] * np.gradient(speeds, _CONTROL * TICK) + believed[VISCOUS] * speeds
@@ -145,7 +149,7 @@ def draw_axis(
     _run(path, speeds, ahead, round(1.0 / (rate * TICK)), most, run, out)
     noise = 0.01 * believed[COULOMB]
     way_role = ROLES[motion][1]
-    table = {"time": np.arange(len(out)) / rate, way_role: np.round(out[:, 0] / p[STEP]) * p[STEP]}
+    table = {"time": np.arange(len(out)) / rate, way_role: np.round((out[:, 0] + zero * p[TURN]) / p[STEP]) * p[STEP]}
     if driven == "force":
         table[ROLES[motion][0]] = force_scale * (out[:, 1] + noise * rng.standard_normal(len(out)))
     elif driven == "current":
