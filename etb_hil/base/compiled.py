@@ -32,9 +32,10 @@ from numba.core.codegen import CPUCodegen, CPUCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
 from numba.core.environment import Environment, lookup_environment
+from numba.core.errors import ForceLiteralArg
 from numba.core.runtime import nrtdynmod, rtsys
 from numba.core.serialize import dumps
-from numba.core.types import Type
+from numba.core.types import IntegerLiteral, Type
 from numba.core.typing.templates import Signature
 from numba.misc.appdirs import AppDirs
 
@@ -68,11 +69,27 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
         dispatcher = _dispatcher(function, options, cache=cache)
         if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
             inner = functools.cache(functools.partial(_without_wrapper, dispatcher, options, cache=cache))
-            dispatcher.get_call_template = lambda *types: inner().get_call_template(*types)
+            dispatcher.get_call_template = lambda *types: _called_with(inner(), *types)
             dispatcher.get_overload = lambda signature: inner().get_overload(signature)
         return dispatcher
 
     return compiled
+
+
+def _called_with(dispatcher: Any, types: Iterable[Type], named: Mapping[str, Type]) -> Any:  # noqa: ANN401 (numba's)
+    """Return how a function is called from compiled code, by numba.
+
+    Where a caller writes a whole number, numba would compile the function anew for that number.
+    """
+    try:
+        plain = {name: _without_value(one) for name, one in named.items()}
+        return dispatcher.get_call_template(tuple(map(_without_value, types)), plain)
+    except ForceLiteralArg:  # it asks for the number
+        return dispatcher.get_call_template(types, named)
+
+
+def _without_value(one: Type) -> Type:
+    return one.literal_type if isinstance(one, IntegerLiteral) else one
 
 
 def _dispatcher(function: Function, options: Mapping[str, object], *, cache: bool) -> Function:

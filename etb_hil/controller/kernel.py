@@ -26,7 +26,7 @@ from etb_hil.controller.state import (
     Status,
 )
 from etb_hil.plant.extended import advance_extended, told_current, told_motor_angle, told_plate
-from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, advance_bristles
+from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, advance
 from etb_hil.plant.physics import BACK_EMF, GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 from etb_hil.plant.physics import LIMP_HOME as LIMP_HOME_ANGLE
 
@@ -103,7 +103,7 @@ def run_ticks(
         if len(plant) > STATES:
             advance_extended(plant, unit, s.voltage, next_tick - s.tick, s.temperature)
         else:
-            advance_bristles(plant, unit, 0.0, s.voltage, next_tick - s.tick)
+            advance(plant, unit, s.voltage, next_tick - s.tick)
         s.tick = next_tick
     return used, sampled, stated, switched
 

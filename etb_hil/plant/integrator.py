@@ -142,9 +142,7 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
 
 
 @njit(cache=True, error_model="numpy")
-def advance_bristles(
-    state: Vector, p: Vector, elastic: float, voltage: float, ticks: int, length: float = TICK
-) -> None:
+def advance_bristles(state: Vector, p: Vector, elastic: float, voltage: float, ticks: int, length: float) -> None:
     """Move `state` as `advance` does, with bristles that are elastic at first.
 
     They are up to a share of friction; see `bristle`. Ticks are `length` s long.

@@ -271,6 +271,29 @@ def test_a_function_that_asks_for_the_value_of_an_argument_is_compiled_for_each(
     assert [caller(0), caller(1), caller(0)] == [1.5, 2, 1.5]
 
 
+def test_a_function_is_compiled_once_whatever_numbers_its_callers_write():
+    def to_be_compiled(_value):
+        raise AssertionError("called, not compiled")
+
+    kinds = []
+
+    @overload(to_be_compiled)
+    def _of_numba(value):
+        kinds.append(str(value))
+        return lambda value: 2 * value
+
+    @njit(cache=False)
+    def kernel(value, count):
+        return value + to_be_compiled(count)
+
+    @njit(cache=False)
+    def caller(value, count):
+        return kernel(value, count=3) + kernel(value, count=4) + kernel(value, count=count)
+
+    assert caller(0.5, 5) == 25.5
+    assert set(kinds) == {"int64"}
+
+
 def test_a_function_has_the_same_bits_whoever_calls_it_first():
     """Numba gives a function without options those of the caller that it is compiled for."""
 

@@ -27,7 +27,7 @@ FAULTY = load_model(find("model", "faulty")).values
 def simulate(values, state, voltages, elastic=ELASTIC_SHARE, ticks=1):
     p, rows = values.vector(), np.empty((len(voltages), STATES))
     for k, voltage in enumerate(voltages):
-        advance_bristles(state, p, elastic, voltage, ticks)
+        advance_bristles(state, p, elastic, voltage, ticks, TICK)
         rows[k] = state
     return rows
 
