@@ -9,7 +9,7 @@ from explain_drives import balances_of, model_of
 from generator.axis import COULOMB, STICTION, draw_axis
 
 from etb_hil.discrepancy.answer import transfer as module
-from etb_hil.discrepancy.answer.angle_zero import is_absolute
+from etb_hil.discrepancy.answer.angle_zero import is_absolute, shifts_for
 from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.candidates.candidate import Candidate, Refined
 from etb_hil.discrepancy.fitting.calibration import calibrate
@@ -64,8 +64,8 @@ def test_a_wave_is_carried_over_to_a_recording_with_another_zero(found, motion):
     turn = 2.0 * math.pi / found.balances[0].gear
     off = (one.angle_shift / turn + ZERO + 0.5) % 1.0 - 0.5
     assert abs(off) < 0.03
-    unit = f"{1e3 * one.angle_shift:.3g} mm" if motion == "linear" else f"{math.degrees(one.angle_shift):.3g} deg"
-    assert one.text.startswith(f"with {unit} added to its angle, which has another zero, it explains ")
+    unit = f"{1e3 * one.angle_shift:.1f} mm" if motion == "linear" else f"{math.degrees(one.angle_shift):.1f} deg"
+    assert one.text.startswith(f"with {unit} added to the angle there, it explains ")
 
 
 def test_of_a_recording_with_the_same_zero_no_shift_is_said(found, motion):
@@ -86,7 +86,9 @@ def test_a_recording_without_the_wave_shows_it_at_no_zero(found, motion, off):
     one = tried(found, motion, zero=ZERO, **off)
     assert not one.carried_over
     assert one.angle_shift is None
-    assert one.text.startswith("with any zero of the angle it explains less than 2 %")
+    assert one.text.startswith(
+        "it explains less than 2 % of the residual there, or at no zero of the angle has 0.7 to 1.4"
+    )
 
 
 def test_the_segments_of_one_recording_have_one_zero(found, motion):
@@ -109,6 +111,31 @@ def test_of_an_axis_whose_zero_is_absolute_no_shift_is_tried(found, motion, part
 def test_a_pendulum_of_the_model_file_has_an_absolute_zero():
     assert is_absolute(model_of(draw_axis(48, "rotary", gravity=4.0, seconds=1.0)))
     assert not is_absolute(model_of(draw_axis(48, "rotary", seconds=1.0)))
+
+
+def test_a_wave_of_another_size_is_not_said_to_explain_nothing(found, motion):
+    one = tried(found, motion, tooth=0.5 * TOOTH, zero=ZERO)
+    assert not one.carried_over
+    assert "or at no zero of the angle has 0.7 to 1.4 times its size there" in one.text
+
+
+@pytest.mark.parametrize("off", [0.0, 1000.0])
+def test_shifts_of_a_place_are_those_by_which_both_travels_overlap(found, off):
+    effect, whole = CATALOGUE["friction_position_local"], found.final.fit.whole.copy()
+    (width,) = (k for one, k in zip(effect.stated, effect.stated_indices, strict=True) if one.is_width)
+    travel = np.ptp(found.balances[0].measured.angle)
+    whole[width] = 0.1 * travel
+    shifts = shifts_for([effect], whole, found.balances[0].measured.angle, found.balances[0].shifted(off))
+    assert shifts[0] == pytest.approx(-off - travel, abs=0.11 * travel)
+    assert shifts[-1] == pytest.approx(-off + travel, abs=0.11 * travel)
+    assert len(shifts) < 50
+
+
+def test_shifts_of_gravity_are_those_within_a_turn_of_the_shaft(found):
+    angle = 100.0 * found.balances[0].measured.angle
+    shifts = shifts_for([CATALOGUE["gravity_load"]], found.final.fit.whole, angle, found.balances[0])
+    assert shifts[[1, -2]] == pytest.approx([-math.pi, math.pi])
+    assert len(shifts) == 19
 
 
 def test_effects_say_whether_they_depend_on_the_angle():

@@ -16,11 +16,12 @@ from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
 
+# `tests/discrepancy/test_transfer.py` checks these on drawn axes.
 _IN_A_WAVE = 16  # shifts tried in the shortest wave: an effect has waves of twice its order, too
 _IN_A_WIDTH = 2
-_ELSEWHERE = 32  # widths in the travel, for an effect that has neither
+_ELSEWHERE = 32  # widths in the overlap, for an effect that has neither a wave nor a width
 _FITTED = 3  # of the shifts that explain most
-_SIZES = (0.7, 1.4)  # of a cause that another recording shows, over its size in the first
+SIZES = (0.7, 1.4)  # of a cause that another recording shows at another zero, over its size in the first
 _SINGULAR = 1e-9  # of the largest singular value: directions that no sample determines
 _EQUAL = 1e-3  # of the squared residual: shifts that differ by less are equally good, as those by a whole wave
 
@@ -38,20 +39,27 @@ def is_absolute(model: Model) -> bool:
 def shifts_for(effects: Sequence[Effect], whole: Vector, first: Float64, other: Balances) -> Float64:
     """Return the shifts (n; rad, or m) of an angle to try for effects.
 
-    They cover a turn of the motor, or its longest wave. An effect without waves has all shifts by which the travel of
-    the `first` angle (n) and that of the other recording overlap. `whole` has the effects' parameters.
+    They cover half of the motor's turn, or of the longest wave, to either side. An effect without waves has all shifts
+    by which the travel of the `first` angle (n) and that of the other recording overlap. `whole` has the effects'
+    parameters.
     """
     turn, angle = 2.0 * math.pi / other.gear, other.measured.angle
-    travel = 2.0 * float(max(first.max() - angle.min(), angle.max() - first.min()))
-    spans, steps = [], []
+    least, most = float(first.min() - angle.max()), float(first.max() - angle.min())
+    ranges, steps = [], []
     for effect in effects:
         values = [(one, float(whole[k])) for one, k in zip(effect.stated, effect.stated_indices, strict=True)]
         waves = [turn / value for one, value in values if one.unit == "1/turn" and value > 0.0]
+        waves += [2.0 * math.pi] if Need.PENDULUM in effect.needs else []
         widths = [value for one, value in values if one.is_width]
-        spans.append(max(turn, *waves) if waves else travel)
-        steps.append(min(waves) / _IN_A_WAVE if waves else min(widths, default=travel / _ELSEWHERE) / _IN_A_WIDTH)
-    half = math.ceil(0.5 * max(spans) / min(steps))
-    return np.asarray(min(steps) * np.arange(-half, half + 1), np.float64)
+        half = 0.5 * max(turn, *waves) if waves else 0.0
+        ranges.append((-half, half) if waves else (least, most))
+        steps.append(
+            min(waves) / _IN_A_WAVE if waves else min(widths, default=(most - least) / _ELSEWHERE) / _IN_A_WIDTH
+        )
+    step = min(steps)
+    # Half a step beyond both ends, so that a best shift at an end lies between two others.
+    grids = [np.arange(math.floor(low / step - 0.5), math.ceil(high / step + 0.5) + 1) for low, high in ranges]
+    return np.asarray(step * np.unique(np.concatenate(grids)), np.float64)
 
 
 def shifted_fit(
@@ -62,12 +70,15 @@ def shifted_fit(
     The shift is in rad, or m. `before`: the calibration without the cause; `begin`: its whole vector with the cause.
     None where the cause has its size at no shift: one more free number explains a little of any residual.
     """
+    if not np.isfinite(before.jacobian).all():
+        return None
     costs, sizes = _linear(other, before, begin, shifts)
     lowest = [k for k in range(1, len(costs) - 1) if costs[k] == costs[k - 1 : k + 2].min()]
-    minima = [_vertex(shifts, costs, k) for k in lowest if _SIZES[0] < sizes[k] < _SIZES[1]]
+    minima = [_vertex(shifts, costs, k) for k in lowest if SIZES[0] < sizes[k] < SIZES[1] and np.isfinite(costs[k])]
     likeliest = sorted(minima, key=lambda one: _order(one[0], one[1], before))[:_FITTED]
-    fits = [(shift, calibrate(model, [other.counted_from(shift)], begin, before.unknowns)) for shift, _ in likeliest]
-    return min(fits, key=lambda one: _order(one[0], one[1].fit.cost, before), default=None)
+    fits = [(shift, calibrate(model, [other.shifted(shift)], begin, before.unknowns)) for shift, _ in likeliest]
+    known = [one for one in fits if np.isfinite(one[1].fit.cost)]
+    return min(known, key=lambda one: _order(one[0], one[1].fit.cost, before), default=None)
 
 
 def _order(shift: float, cost: float, before: Calibration) -> tuple[float, float]:
@@ -90,7 +101,7 @@ def _linear(other: Balances, before: Calibration, begin: Vector, shifts: Float64
     without = unexplained(before.fit.residual)
     costs, sizes = np.empty((2, len(shifts)))
     for k, shift in enumerate(shifts):
-        left = unexplained(other.counted_from(float(shift)).residual(begin[:EXTENDED], begin[EXTENDED:]))
+        left = unexplained(other.shifted(float(shift)).residual(begin[:EXTENDED], begin[EXTENDED:]))
         change = left - without
         costs[k] = left @ left
         sizes[k] = -(change @ without) / max(float(change @ change), 1e-30)

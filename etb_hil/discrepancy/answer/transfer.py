@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from etb_hil.discrepancy.answer.angle_zero import is_absolute, shifted_fit, shifts_for
+from etb_hil.discrepancy.answer.angle_zero import SIZES, is_absolute, shifted_fit, shifts_for
 from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate
@@ -42,23 +42,25 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, 
     all parameters are those of the search before the cause was found, and with it.
 
     An incremental encoder has another zero in each recording. A cause that depends on the angle is tried with the
-    angle shifted, too. One shift holds for all causes of a recording.
+    angle shifted, too. One shift holds for all causes of a recording. Effects that the model file states are taken
+    where the first recording has them.
     """
-    found = []
+    found: dict[int, list[Transfer]] = {}
     shifts: dict[str, float] = {}
     causes = [(each, effect) for each in findings.accepted if (effect := each.winner.candidate.effect) is not None]
-    for balances in others:
-        origin = balances.measured.origin
-        other = _calibrated(findings, balances, shifts.get(origin, 0.0))
+    # Of one recording's segments, that with the longest way shows its zero best.
+    for k in sorted(range(len(others)), key=lambda k: -float(np.ptp(others[k].measured.angle))):
+        origin = others[k].measured.origin
+        other = _calibrated(findings, others[k], shifts.get(origin, 0.0))
         gains = [_explained(findings, effect, other) for _, effect in causes]
-        found += [_said(findings, *cause, gain, other) for cause, gain in zip(causes, gains, strict=True)]
+        found[k] = [_said(findings, *cause, gain, other) for cause, gain in zip(causes, gains, strict=True)]
         shifts[origin] = other.shift
-    return tuple(found)
+    return tuple(one for k in sorted(found) for one in found[k])
 
 
 def _calibrated(findings: Findings, balances: Balances, shift: float) -> _Other:
     """Weigh another recording by its noise floor; calibrate it without causes."""
-    segments = [balances.counted_from(shift) if shift else balances]
+    segments = [balances.shifted(shift) if shift else balances]
     plain = calibrate(findings.model, segments)
     weigh(segments, noise_floor_of(findings.model, segments, plain.fit.whole, plain.unknowns).level)
     return _Other(segments[0], calibrate(findings.model, segments, plain.fit.whole), shift)
@@ -76,7 +78,7 @@ def _explained(findings: Findings, effect: Effect, other: _Other) -> float:
         if effect.depends_on_angle:
             other.placed.append(effect)
         if shift:
-            other.balances, other.shift = other.balances.counted_from(shift), other.shift + shift
+            other.balances, other.shift = other.balances.shifted(shift), other.shift + shift
     return gain
 
 
@@ -122,13 +124,14 @@ def _said(findings: Findings, each: SelectionStep, effect: Effect, gain: float, 
 
 
 def _not_carried(*, has_any_zero: bool) -> str:
-    tried = "with any zero of the angle " if has_any_zero else ""
-    return f"{tried}it explains less than {100.0 * CARRIES:g} % of the residual there and is not carried over"
+    least, most = SIZES
+    sized = f", or at no zero of the angle has {least:g} to {most:g} times its size there," if has_any_zero else ""
+    return f"it explains less than {100.0 * CARRIES:g} % of the residual there{sized} and is not carried over"
 
 
 def _carried(gain: float, errors: ErrorWithAndWithout, shift: float | None) -> str:
     times, shown = (1e3, "mm") if errors.unit == "m" else (math.degrees(1.0), "deg")
-    zero = "" if shift is None else f"with {times * shift:.3g} {shown} added to its angle, which has another zero, "
+    zero = "" if shift is None else f"with {times * shift:.1f} {shown} added to the angle there, "
     explained = f"it explains {100.0 * gain:.0f} % of the residual there, with base parameters fitted to that recording"
     without, with_it = times * errors.without_cause, times * errors.with_cause
     freely = "with the first recording's parameters, the error of one free run is"

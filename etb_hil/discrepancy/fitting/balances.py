@@ -93,7 +93,7 @@ class Balances:
         self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
-        self.forget()
+        self._empty_caches()
         base = v.vector()
         self._whiten, self.share_of_steps = _whitening(measured, model, spectrum)
         truth = self._truth(extended(base))
@@ -102,20 +102,19 @@ class Balances:
         self.samples = len(self.regimes.label)
         self.weights = self.regimes.start_weights(self.has)
 
-    def forget(self) -> None:
-        """Empty the caches."""
+    def _empty_caches(self) -> None:
         self._known: Cache[_Truth] = Cache()  # each is large, and few parameters are a sensor's
         self._integrated: Cache[_Modelled] = Cache(cores())
         self._places: Cache[Complex128] = Cache(cores())
 
-    def counted_from(self, shift: float) -> Balances:
+    def shifted(self, shift: float) -> Balances:
         """Return these balances with a shift (rad, or m) added to the angle.
 
         Whitening, weights and regimes stay as they are: the drive has no stops.
         """
         found = copy(self)
         found.measured = replace(self.measured, angle=self.measured.angle + shift)
-        found.forget()
+        found._empty_caches()  # noqa: SLF001 (of a copy)
         return found
 
     def residual(self, p: Vector, nuisance: Float64) -> Float64:

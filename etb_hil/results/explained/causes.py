@@ -170,8 +170,8 @@ class ErrorWithAndWithout:
 class Transfer:
     """Whether another recording shows a cause, too.
 
-    `explained_share` is the part of that recording's squared residual that the cause explains. `angle_shift` is the
-    unknown zero of an incremental encoder.
+    `explained_share` is the part of that recording's squared residual that the cause explains. `angle_shift` stands
+    for the zero of an incremental encoder, up to a whole wave of the causes.
     """
 
     cause: str
@@ -187,4 +187,4 @@ class Transfer:
     text: str
     """The result as a sentence."""
     angle_shift: float | None = None
-    """Shift added to its angle for the first recording's zero; null without one."""
+    """Shift added to its output angle for the first zero, in the unit of `free_run`; null without one."""
