@@ -51,11 +51,13 @@ def shifts_for(effects: Sequence[Effect], whole: Vector, first: Float64, other: 
         waves = [turn / value for one, value in values if one.unit == "1/turn" and value > 0.0]
         waves += [2.0 * math.pi] if Need.PENDULUM in effect.needs else []
         widths = [value for one, value in values if one.is_width]
-        half = 0.5 * max(turn, *waves) if waves else 0.0
-        ranges.append((-half, half) if waves else (least, most))
-        steps.append(
-            min(waves) / _IN_A_WAVE if waves else min(widths, default=(most - least) / _ELSEWHERE) / _IN_A_WIDTH
-        )
+        if waves:
+            half = 0.5 * max(turn, *waves)
+            ranges.append((-half, half))
+            steps.append(min(waves) / _IN_A_WAVE)
+        else:
+            ranges.append((least, most))
+            steps.append(min(widths, default=(most - least) / _ELSEWHERE) / _IN_A_WIDTH)
     step = min(steps)
     # Half a step beyond both ends, so that a best shift at an end lies between two others.
     grids = [np.arange(math.floor(low / step - 0.5), math.ceil(high / step + 0.5) + 1) for low, high in ranges]
@@ -73,8 +75,9 @@ def shifted_fit(
     if not np.isfinite(before.jacobian).all():
         return None
     costs, sizes = _linear(other, before, begin, shifts)
-    lowest = [k for k in range(1, len(costs) - 1) if costs[k] == costs[k - 1 : k + 2].min()]
-    minima = [_vertex(shifts, costs, k) for k in lowest if SIZES[0] < sizes[k] < SIZES[1] and np.isfinite(costs[k])]
+    around = [(k, costs[k - 1 : k + 2]) for k in range(1, len(costs) - 1)]
+    lowest = [k for k, three in around if costs[k] == three.min() and np.isfinite(three).all()]
+    minima = [_vertex(shifts, costs, k) for k in lowest if SIZES[0] < sizes[k] < SIZES[1]]
     likeliest = sorted(minima, key=lambda one: _order(one[0], one[1], before))[:_FITTED]
     fits = [(shift, calibrate(model, [other.shifted(shift)], begin, before.unknowns)) for shift, _ in likeliest]
     known = [one for one in fits if np.isfinite(one[1].fit.cost)]

@@ -92,7 +92,7 @@ def _fitted(findings: Findings, effect: Effect, other: _Other) -> tuple[float, C
     for place in effect.stated_indices:
         begin[place] = findings.final.fit.whole[place]
     plain = calibrate(model, [balances], begin, before.unknowns)
-    if not _has_any_zero(findings, effect):
+    if not _may_be_shifted(findings, effect):
         return 0.0, plain
     first = np.concatenate([one.measured.angle for one in findings.balances])
     shifts = shifts_for([*other.placed, effect], begin, first, balances)
@@ -102,7 +102,7 @@ def _fitted(findings: Findings, effect: Effect, other: _Other) -> tuple[float, C
     return shifted
 
 
-def _has_any_zero(findings: Findings, effect: Effect) -> bool:
+def _may_be_shifted(findings: Findings, effect: Effect) -> bool:
     return effect.depends_on_angle and not is_absolute(findings.model)
 
 
@@ -114,18 +114,18 @@ def _free_run(other: Balances, whole: Vector) -> float:
 
 def _said(findings: Findings, each: SelectionStep, effect: Effect, gain: float, other: _Other) -> Transfer:
     """Return the result of a cause, with the shift after all causes."""
-    carried, has_any_zero = bool(gain > CARRIES), _has_any_zero(findings, effect)
+    carried, may_be_shifted = bool(gain > CARRIES), _may_be_shifted(findings, effect)
     without, with_it = (_free_run(other.balances, whole) for whole in (each.before.fit.whole, each.winner.fit.whole))
     measured = other.balances.measured
     errors = ErrorWithAndWithout(without, with_it, "m" if measured.device.is_linear else "rad")
-    shift = other.shift if has_any_zero and carried and other.shift else None
-    text = _carried(gain, errors, shift) if carried else _not_carried(has_any_zero=has_any_zero)
+    shift = other.shift if may_be_shifted and carried and other.shift else None
+    text = _carried(gain, errors, shift) if carried else _not_carried(may_be_shifted=may_be_shifted)
     return Transfer(effect.id, measured.origin, gain, carried, errors, text, shift)
 
 
-def _not_carried(*, has_any_zero: bool) -> str:
+def _not_carried(*, may_be_shifted: bool) -> str:
     least, most = SIZES
-    sized = f", or at no zero of the angle has {least:g} to {most:g} times its size there," if has_any_zero else ""
+    sized = f", or at no zero of the angle has {least:g} to {most:g} times its size there," if may_be_shifted else ""
     return f"it explains less than {100.0 * CARRIES:g} % of the residual there{sized} and is not carried over"
 
 
