@@ -422,6 +422,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if is_afresh:
             totals[RESCUED] += 1.0
             begin(readings, later, k, h, s, p, x, cov)
+            if k > 0 and len(spreads) > 0:
+                moves[k - 1] = 0.0  # it says nothing of the states before
         for i in range(SIZE):
             states[k, i] = x[i]
         if len(covariances) > 0:

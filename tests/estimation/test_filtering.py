@@ -303,6 +303,18 @@ def test_the_smoother_is_nearer_to_the_truth_and_knows_how_near(healthy):
     assert np.all(np.isfinite(twice.states[:, CURRENT]))
 
 
+def test_a_state_that_begins_afresh_tells_the_smoother_nothing_of_those_before(healthy):
+    """While an angle is read wrong, states begin afresh; carried back over that, their errors would grow without end."""
+    made, model, truth = healthy
+    at = len(made.readings) // 2
+    wrong = made.readings.copy()
+    wrong[at : at + 40, 1:] += 0.3
+    found = smoothed(replace(made, readings=wrong), model.vector(), SMALL)
+    for right in (slice(200, at), slice(at + 100, -200)):
+        assert np.max(np.abs(found.states[right, THETA] - truth[right, 0])) < 1e-4
+        assert np.std(found.states[right, OMEGA] - truth[right, 1]) < 0.01
+
+
 def test_a_record_without_an_angle_or_with_a_clock_that_stands_is_refused(healthy):
     _, model, _ = healthy
     time, volts = np.arange(10) * 5e-4, np.zeros(10)
