@@ -304,7 +304,7 @@ def test_the_smoother_is_nearer_to_the_truth_and_knows_how_near(healthy):
 
 
 def test_a_state_that_begins_afresh_tells_the_smoother_nothing_of_those_before(healthy):
-    """While an angle is read wrong, states begin afresh; carried back over that, their errors would grow without end."""
+    """While an angle is read wrong, states begin afresh; carried back over that, errors would grow without end."""
     made, model, truth = healthy
     at = len(made.readings) // 2
     wrong = made.readings.copy()
