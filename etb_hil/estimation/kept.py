@@ -1,4 +1,7 @@
-"""Copies of a filter's parameters, to go back to after a fault; compiled."""
+"""Copies of a filter's parameters, to go back to after a fault; compiled.
+
+Element by element: numba compiles a hundred functions for an assignment of a part of an array to another one.
+"""
 
 from __future__ import annotations
 
@@ -19,12 +22,16 @@ def keep(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
 
     `n`: number of states, `kept`: of the shape `KEPT`.
     """
-    kept[_OLDER] = kept[_NEWER]
-    copy = kept[_NEWER]
+    copy, older = kept[_NEWER], kept[_OLDER]
+    for i in range(1 + STATES):
+        for j in range(STATES):
+            older[i, j] = copy[i, j]
     copy[0, _AT_COULOMB], copy[0, _AT_STICTION] = p[COULOMB], p[STICTION]
     for k in range(MOVING, n):
         copy[0, k] = p[ADAPTED[k - MOVING]]
-    copy[1 + LEVEL :, LEVEL:] = cov[LEVEL:, LEVEL:]
+    for i in range(LEVEL, STATES):
+        for j in range(LEVEL, STATES):
+            copy[1 + i, j] = cov[i, j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -44,6 +51,8 @@ def restore(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
     p[COULOMB], p[STICTION] = copy[0, _AT_COULOMB], copy[0, _AT_STICTION]
     for k in range(MOVING, n):
         p[ADAPTED[k - MOVING]] = copy[0, k]
-    cov[:LEVEL, LEVEL:] = 0.0
-    cov[LEVEL:, :LEVEL] = 0.0
-    cov[LEVEL:, LEVEL:] = copy[1 + LEVEL :, LEVEL:]
+    for i in range(LEVEL, STATES):
+        for j in range(LEVEL):
+            cov[i, j] = cov[j, i] = 0.0
+        for j in range(LEVEL, STATES):
+            cov[i, j] = copy[1 + i, j]
