@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.base.rewinding import Rewindable
 from etb_hil.recording.samples import Float64, Int64, SampleBlock
 
@@ -51,7 +52,8 @@ def _speeds(
     time_ns = np.empty(len(seen) + len(new), np.int64)
     angle = np.empty(len(time_ns))
     count = len(seen)
-    time_ns[:count], angle[:count] = seen_ns, seen
+    copy_into(time_ns, 0, seen_ns)
+    copy_into(angle, 0, seen)
     for k in range(len(new)):
         if not np.isnan(new[k]):
             time_ns[count], angle[count] = new_ns[k], new[k]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.base.rewinding import Rewindable
 from etb_hil.base.roles import COMMANDED
 from etb_hil.canio.dbc.protection import Profile, alive_counter, crc_is_right
@@ -172,11 +173,11 @@ def _read(
             elif _decoded(data[row], message, roles, places, factors, values):
                 if message[_IS_COMMAND]:
                     event_ns[count], events[count, 0] = stamp_ns[row], COMMAND
-                    events[count, 1 : 1 + _COMMANDS] = values[:_COMMANDS]
+                    copy_into(events[count], 1, values[:_COMMANDS])
                     count += 1
                 if message[_IS_REQUEST]:
                     event_ns[count], events[count, 0] = stamp_ns[row], REQUEST
-                    events[count, 1 : 1 + len(values) - _COMMANDS] = values[_COMMANDS:]
+                    copy_into(events[count], 1, values[_COMMANDS:])
                     count += 1
     return count
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.rewinding import Rewindable
 from etb_hil.canio.dbc.protection import protect_at
@@ -262,8 +263,8 @@ def _write(
 def _sample_values(sample: Sample, tick_ns: int, values: Float64) -> None:
     values[_COUNTER] = sample.tick * TICK_NS // tick_ns
     values[2], values[3], values[4] = sample.voltage, sample.track, sample.track_2
-    values[_CURRENT : _CURRENT + BURST_SAMPLES] = sample.current
-    values[_ANGLE : _ANGLE + BURST_SAMPLES] = sample.motor_angle
+    copy_into(values, _CURRENT, sample.current)
+    copy_into(values, _ANGLE, sample.motor_angle)
 
 
 @njit(cache=True, error_model="numpy")

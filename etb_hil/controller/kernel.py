@@ -9,6 +9,7 @@ import math
 from typing import TYPE_CHECKING
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.base.modes import Mode
 from etb_hil.controller import events, monitors, reference, sensors, supervision
 from etb_hil.controller.drive import drive_voltage
@@ -174,7 +175,8 @@ def _sample(
     if s.burst and index < BURST_SAMPLES - 1:
         return False
     sample.tick, sample.last_tick, sample.signals, sample.burst = s.tick - index, s.tick, s.signals, s.burst
-    sample.current[:], sample.motor_angle[:] = burst[0], burst[1]
+    copy_into(sample.current, 0, burst[0])
+    copy_into(sample.motor_angle, 0, burst[1])
     sample.voltage, sample.track, sample.track_2 = burst[2, 0], burst[2, 1], burst[2, 2]
     return True
 

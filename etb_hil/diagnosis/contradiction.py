@@ -213,11 +213,12 @@ def remarks(
         off, error = (float(fit.parameters[index]) - zero) * scale, fit.error({index: 1.0}) * scale
         if _is_beyond(off, error, name, model):
             words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g})")
-    apart = _motor_and_springs(fit, model, throttle) if balance is None else 0.0
+    apart = 0.0 if _tells_constant(balance, model, throttle) else _motor_and_springs(fit, model, throttle)
     if apart != 0.0:
+        unknown = "a voltage would tell" if balance is None else "the voltage leaves the motor's constant open"
         words.append(
             f"both springs are {apart:+.1%} off what the current says of the motor's torque: the gain of the current, "
-            "the motor's constant, or both springs (a voltage would tell)"
+            f"the motor's constant, or both springs ({unknown})"
         )
     if not words:
         return []
@@ -247,9 +248,11 @@ def gain_range(
     """Return between which factors the gain of the current may lie, beside `GAIN`.
 
     Both springs too strong, or both too weak, may as well be the current's gain. The resistance bounds it: a gain that
-    is too high makes R_a too low. Without a voltage, motor and springs have nothing but each other to be held against.
+    is too high makes R_a too low. Where no voltage tells the motor's constant, motor and springs have nothing but each
+    other to be held against: the fit parts what they differ by, and all of it may be one's, or the other's.
     """
-    apart = _motor_and_springs(fit, model, throttle) if balance is None else 0.0
+    is_told = _tells_constant(balance, model, throttle)
+    apart = 0.0 if is_told else _motor_and_springs(fit, model, throttle)
     shares = []
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
         off = float(fit.parameters[index])
@@ -258,11 +261,29 @@ def gain_range(
         own = model.tolerance(name) / known  # the spring's own error may hide as much of the gain's
         shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)
     low, high = min(1.0, 1.0 + max(shares)), max(1.0, 1.0 + min(shares))
-    if balance is not None and balance.resistance > 0.0:
+    if balance is not None and is_told and balance.resistance > 0.0:
         share = model.tolerance("resistance") / throttle.resistance + _WINDING
         middle = throttle.resistance / balance.resistance
         low, high = max(low, min(1.0, middle * (1.0 - share))), min(high, max(1.0, middle * (1.0 + share)))
+    if apart != 0.0:
+        constant, own = 1.0 + float(fit.parameters[CONSTANT]), _tolerated_constant(model, throttle)
+        low, high = min(low, constant * (1.0 - own)), max(high, constant * (1.0 + own))
     return max(low, 0.05), high
+
+
+def _tells_constant(balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters) -> bool:
+    """Tell whether a voltage says more of the motor's constant than the model's tolerance does.
+
+    A voltage that brushes or a bridge take away hides much of the back-EMF.
+    """
+    if balance is None:
+        return False
+    return _SURE * balance.back_emf_error <= _tolerated_constant(model, throttle) * throttle.back_emf
+
+
+def _tolerated_constant(model: Model, throttle: ThrottleParameters) -> float:
+    """Return the tolerance of the motor's constant as a share of it."""
+    return model.tolerance("torque_per_ampere") / throttle.torque_per_ampere
 
 
 def _motor_and_springs(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> float:
@@ -275,7 +296,7 @@ def _motor_and_springs(fit: StribeckFit, model: Model, throttle: ThrottleParamet
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
         known = getattr(throttle, name)
         share = float(fit.parameters[index]) / known - float(fit.parameters[CONSTANT])
-        allowed = model.tolerance(name) / known + model.tolerance("torque_per_ampere") / throttle.torque_per_ampere
+        allowed = model.tolerance(name) / known + _tolerated_constant(model, throttle)
         is_sure = abs(share) > allowed + _SURE * fit.error({index: 1.0 / known, CONSTANT: -1.0})
         apart.append(share if is_sure else 0.0)
     return min(apart, key=abs) if apart[0] * apart[1] > 0.0 else 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.windows import bend
 from etb_hil.plant.exactmath import exp, exp_neg, gauss, log
@@ -66,13 +67,14 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
         count, begin, omega = _cut(angle, local, begin, omega, steps, tick)
         _fill_levels(steps, count, q, age, by)
         _carry(steps, count, tick, q, by, bristle_by, torque, here, there, out)
-        steps[_LEVEL, 0], by[0] = steps[_LEVEL, count], by[count]
+        steps[_LEVEL, 0] = steps[_LEVEL, count]
+        copy_into(by[0], 0, by[count])
     for p in range(1 + parameters):
         out[p, len(angle) - 1] = here[p]
         bend(out[p], 1.0 / 24.0, -1.0 / 24.0, samples)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _cut(
     angle: Float64, local: Float64, begin: int, omega: float, steps: Float64, tick: Int64
 ) -> tuple[int, int, float]:
@@ -104,7 +106,7 @@ def _cut(
     return count, k, omega
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _fill_levels(steps: Float64, count: int, q: Float64, age: Float64, by: Float64) -> None:
     """Fill in the levels after each step, and their derivatives.
 
@@ -129,7 +131,7 @@ def _fill_levels(steps: Float64, count: int, q: Float64, age: Float64, by: Float
         steps[_EARLY_BY, j] = (kept - early) / ratio if ratio > _SHORT else ratio / 3.0 - 0.5
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _carry(
     steps: Float64,
     count: int,
@@ -193,12 +195,12 @@ def _carry(
                 here[p], there[p] = there[p], 0.0
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _least(q: Float64) -> float:
     return _LEAST * abs(q[COULOMB]) + 1e-6
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _between(b: float, way: float, omega: float, omega_next: float) -> tuple[float, float]:
     """Return way and velocity at a share of a tick.
 
@@ -259,9 +261,11 @@ def steady_by(omega: float, q: Float64) -> Float64:
     if q[AGEING] != 0.0:
         age = exp(q[LOG_RENEWAL]) / max(abs(omega), _SLOWEST)
         _of_age(age, age, 1.0, q, exp(-q[LOG_ONSET]), by)
-    out[:FRICTION_PARAMETERS] = way * by[:FRICTION_PARAMETERS]
+    for k in range(FRICTION_PARAMETERS):
+        out[k] = way * by[k]
     out[VISCOUS] = omega
-    out[LOG_EXPONENT:] = way * by[FRICTION_PARAMETERS:]
+    for k in range(LAW_PARAMETERS):
+        out[LOG_EXPONENT + k] = way * by[FRICTION_PARAMETERS + k]
     return out
 
 
@@ -271,12 +275,12 @@ def peak_left(omega: float, q: Float64) -> float:
     return _peak(omega * exp(-q[LOG_SPEED]), _exponent(q))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _exponent(q: Float64) -> float:
     return 2.0 if q[LOG_EXPONENT] == LOG_SQUARE else exp(q[LOG_EXPONENT])
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _peak(ratio: float, exponent: float) -> float:
     """Return the share of T_st - T_c that is left at a speed.
 
@@ -288,7 +292,7 @@ def _peak(ratio: float, exponent: float) -> float:
     return exp_neg(exp(exponent * log(u))) if u > 0.0 else 1.0
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _level(
     omega: float, local: float, q: Float64, inverse_speed: float, exponent: float, least: float, by: Float64
 ) -> float:
@@ -311,7 +315,7 @@ def _level(
     return g
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _aged(age: float, age_by: float, moved: float, time: float, inverse_way: float) -> tuple[float, float]:
     """Return the age in s of contacts after a way at a steady speed.
 
@@ -328,7 +332,7 @@ def _aged(age: float, age_by: float, moved: float, time: float, inverse_way: flo
     return settled + (age - settled) * kept, by
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _of_age(age: float, age_by: float, local: float, q: Float64, inverse_onset: float, by: Float64) -> float:
     """Return what contacts of an age in s add to g in N·m (Dieterich 1979).
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.base.draws import word
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -97,7 +98,7 @@ def _sums(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64)
                 for b in range(a + 1):
                     sums[count, place] = matrix[a, b]
                     place += 1
-            sums[count, place:] = score
+            copy_into(sums[count], place, score)
             count += 1
         first = k + 1
     return sums[:count].copy()
@@ -124,7 +125,7 @@ def _drawn(segments: Float64, prior: Float64) -> Float64:
                 matrix[a, b] = total[place] + prior[a, b]
                 matrix[b, a] = matrix[a, b]
                 place += 1
-        steps[draw] = solution(matrix, total[place:])
+        copy_into(steps[draw], 0, solution(matrix, total[place:]))
     return steps
 
 

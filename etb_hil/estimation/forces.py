@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.estimation.throttle import current_at, growth, parts_of
 from etb_hil.plant.effects import compose
 from etb_hil.plant.effects.catalogue import CATALOGUE, OWN
@@ -290,7 +291,7 @@ def _beginning(terms: _Terms, function: compose.Made) -> compose.Made:
     On which side of its play a sensor was left, the readings tell: by `apart` rad the plate's is above the motor's. The
     sensor is moved to one end of its memory, and from there as far as its reading asks for.
     """
-    lines, scope = ["return"], {"SLOW": SLOW, "ADDED": ADDED, "np": np}
+    lines, scope = ["return"], {"SLOW": SLOW, "ADDED": ADDED, "np": np, "copy_into": copy_into}
     if terms.has_sensor:
         port = Port.PLATE_READING
         scope["sense"] = compose.sensor_steps(terms.effects, port, {(terms.id, port): 0})
@@ -309,7 +310,7 @@ def _beginning(terms: _Terms, function: compose.Made) -> compose.Made:
             f"low, high = 0.0, {_BEYOND}",
             f"for _ in range({_HALVINGS}):",
             "    middle = 0.5 * (low + high)",
-            "    remembered[:] = first",
+            "    copy_into(remembered, 0, first)",
             "    sense(remembered[SLOW:], middle, current, p)",
             f"    {at}",
             "    if (room[5] < apart) == grows: low = middle",
@@ -369,6 +370,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     """
     scope: dict[str, Any] = {
         "f": function, "passing": passing, "current_at": current_at, "without_lag": without_lag, "arrival": arrival,
+        "copy_into": copy_into,
     }  # fmt: skip
     late = {port: at for port, at in _LATE.items() if terms.acts_at(port)}
     lines = []
@@ -421,7 +423,7 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     if terms.has_states or terms.has_sensor:
         lines.append("    if k + 1 < len(states):")
         if terms.has_sensor:
-            lines.append("        coming[:] = remembered")
+            lines.append("        copy_into(coming, 0, remembered)")
             lines.append("        passing(x[1], y[0] - x[0], x[4], voltage[k], t, dt[k], coming, p)")
         lines.append("        passing(x[1], states[k + 1, 0] - x[0], x[4], voltage[k], t, dt[k], remembered, p)")
     return _compiled(f"along_{terms.id}", _MOTION, lines, scope)

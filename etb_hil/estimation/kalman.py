@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into, copy_matrix
 from etb_hil.estimation import forces
 from etb_hil.estimation.rounding import rounding_variance
 from etb_hil.estimation.throttle import (
@@ -191,7 +192,7 @@ def _spread(
     Process noise, for what the equations lack in that time, is added; `unsure`: variance of the voltage, V^2.
     """
     keeps = f[ROUNDING, ROUNDING]
-    room[0, :STATES] = cov[:STATES, ROUNDING]
+    copy_into(room[0], 0, cov[ROUNDING, :STATES])
     for i in range(STATES):
         found = 0.0
         for j in range(STATES):
@@ -325,7 +326,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if since[k] > 0.0 and k > 0:
             begin(readings, later, k, h, s, p, x, cov)
             if math.isinf(since[k]):
-                memory[:] = forces.remembered(temperature[k], p)
+                copy_into(memory, 0, forces.remembered(temperature[k], p))
             else:
                 goes, warmth = x[THETA] - states[k - 1, THETA], 0.5 * (temperature[k - 1] + temperature[k])
                 for one in active:
@@ -334,7 +335,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if since[k] > 0.0:
             for one in active:
                 forces.begin(one, readings[k, 2] - readings[k, 1], x[THETA], x[CURRENT], temperature[k], memory, p)
-            coming[:] = memory
+            copy_into(coming, 0, memory)
         read_with(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, coming, p, added)
         is_lost = False
         for m in range(READINGS):
@@ -427,17 +428,17 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         for i in range(SIZE):
             states[k, i] = x[i]
         if len(covariances) > 0:
-            covariances[k] = cov
+            copy_matrix(covariances[k], cov)
         if k > 0 and since[k] == 0.0:
             pass_time(active, states[k - 1], x[THETA], voltage[k - 1], temperature[k - 1], dt[k - 1], memory, p)
         predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], level[k], s[RESTS], f, b, work)
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
-        coming[:] = memory
+        copy_into(coming, 0, memory)
         pass_time(active, states[k], x[THETA], voltage[k], temperature[k], h, coming, p)
         _spread(cov, f, b, x, h, unsure[k], s, work[:STATES])
         if len(spreads) > 0:
-            spreads[k] = cov
+            copy_matrix(spreads[k], cov)
         is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)
         if is_kept:
             levels[k] = acting[LEVEL]

@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into, copy_matrix
 from etb_hil.estimation import forces
 from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE
 from etb_hil.estimation.motion import decay, spring
@@ -272,8 +273,8 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             s[:] = 0.0
             for j in range(ne):
                 if math.isinf(since[k]):
-                    memories[0, j] = forces.remembered(temperature[k], moved[j])
-                    plain[0, j] = forces.remembered(temperature[k], p)
+                    copy_into(memories[0, j], 0, forces.remembered(temperature[k], moved[j]))
+                    copy_into(plain[0, j], 0, forces.remembered(temperature[k], p))
                 elif effects[j] >= 0:
                     goes, warmth = x[THETA] - states[k - 1, THETA], 0.5 * (temperature[k - 1] + temperature[k])
                     forces.skip(effects[j], goes, heat[k], warmth, since[k], memories[0, j], moved[j])
@@ -281,7 +282,8 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 if effects[j] >= 0:
                     forces.begin(effects[j], apart[k], x[THETA], x[CURRENT], temperature[k], memories[0, j], moved[j])
                     forces.begin(effects[j], apart[k], x[THETA], x[CURRENT], temperature[k], plain[0, j], p)
-            memories[1], plain[1] = memories[0], plain[0]
+            copy_matrix(memories[1], memories[0])
+            copy_matrix(plain[1], plain[0])
         if k == until_k and ne > 0:
             begin, until_k = k, k + 1
             while until_k < min(k + _BLOCK, len(dt)) and since[until_k] == 0.0:
@@ -301,7 +303,9 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                             effects[j], k, until_k, dt, voltage, temperature, states, predicted, read_at, read,
                             plain[0, j], plain[1, j], p, p, out, without,
                         )  # fmt: skip
-                    one -= without
+                    for b in range(until_k - k):
+                        for m in range(forces.ALONG):
+                            one[b, m] -= without[b, m]
                 for b in range(until_k - k):
                     scale = (1.0 if shapes[j] < 0 else modulations[shapes[j], k + b]) / effect_steps[j]
                     for m in range(forces.ALONG):
@@ -330,13 +334,14 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 gradient[j] += error * row[j]
             _multiply(row, nb, until, matrix)
             if len(kept) > 0:
-                kept[k, m] = row
+                copy_into(kept[k, m], 0, row)
         if k == last:
             break
-        before[:] = s[OMEGA]
+        copy_into(before, 0, s[OMEGA])
         if nb > 0:
             _by_parameters(x, predicted[k], dt[k], levels[k], p, lacks)
-            lacks[:, LEVEL] *= 1.0 + levels[k]  # effects add a share of it
+            for j in range(len(lacks)):
+                lacks[j, LEVEL] *= 1.0 + levels[k]  # effects add a share of it
         for j in range(nb):
             for m in range(FORCES):
                 push[m, j] = lacks[base[j], m]

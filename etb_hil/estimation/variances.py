@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.estimation.kalman import LARGE, LOST_AT, READINGS, ROUNDING, SIZE
 from etb_hil.estimation.throttle import CORRELATED, CURRENT, LOST, OMEGA, STATES, THETA, TORQUE, VOLTAGE
 from etb_hil.plant.physics import Vector
@@ -69,7 +70,8 @@ def _move(moved: Float64, f: Float64, ahead: Float64) -> None:
             ahead[i, v] = found
     for v in range(VARIANCES):
         ahead[ROUNDING, v] = f[ROUNDING, ROUNDING] * moved[ROUNDING, v]
-    moved[:] = ahead
+    for i in range(SIZE):
+        copy_into(moved[i], 0, ahead[i])
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into
 from etb_hil.plant.effects import backlash_contact, ports, readings, sensing
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.layout import SLOW
@@ -85,7 +86,7 @@ def _compensate(
         if not math.isfinite(i + theta):
             continue
         if math.isnan(memory[_THETA]):
-            slow[:] = ports.slow_start(warm, p)
+            copy_into(slow, 0, ports.slow_start(warm, p))
             memory[_THETA], memory[_PLATE], newest_ns[0] = theta, theta, time_ns[k]
         dt, way = 1e-9 * (time_ns[k] - newest_ns[0]), theta - memory[_THETA]
         omega = way / dt if dt > 0.0 else 0.0

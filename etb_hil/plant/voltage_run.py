@@ -109,7 +109,8 @@ def _run(
 ) -> None:
     p = first.copy()
     for k in range(len(voltage)):
-        p[:] = first + (degrees[k] - degrees[0]) * per_kelvin
+        for place in range(len(p)):
+            p[place] = first[place] + (degrees[k] - degrees[0]) * per_kelvin[place]
         found[k, 0], found[k, 1] = told_plate(state, p), told_motor_angle(state, p)
         found[k, 2], found[k, 3] = state[OMEGA], told_current(state, degrees[k], p)
         if k + 1 < len(voltage):
