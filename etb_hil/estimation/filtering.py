@@ -149,17 +149,17 @@ def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, i
 def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Smoothed:
     """Return the states of a record, smoothed by all of its readings.
 
-    Earlier and later readings count (Rauch, Tung and Striebel 1965).
+    Earlier and later readings count.
     """
-    found, covariances, spreads = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
+    found, covariances = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
     states = found.states.copy()
-    smooth(states, covariances, found.moves, found.ahead, spreads)
+    smooth(states, covariances, found.moves, found.slopes, found.gains, found.whitened, found.roots)
     return Smoothed(states, covariances)
 
 
 def _run(
     record: Record, parameters: Float64, disturbance: Disturbance, *, is_kept: bool, has_covariances: bool
-) -> tuple[Filtered, Float64, Float64]:
+) -> tuple[Filtered, Float64]:
     n, kept, all_ = len(record), len(record) if is_kept else 0, len(record) if has_covariances else 0
     p, active = parameters.copy(), active_in(parameters)
     settings = record.settings.copy()
@@ -178,11 +178,11 @@ def _run(
     moves, responses = np.empty((kept, SIZE, SIZE)), np.empty((kept, SIZE, FORCES))
     covariances, ahead, noises = np.empty((all_, SIZE, SIZE)), np.empty((kept, SIZE)), np.empty((kept, 3, 2))
     levels = np.empty(kept)
-    spreads, totals = np.empty((all_, SIZE, SIZE)), np.zeros(kalman.TOTALS)
+    totals = np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, voltage, record.unsure, record.temperature,
         record.added(forces.LEVEL, p), readings, later, lasts, p, active[forces.ADDS[active]], settings, is_kept,
-        states, whitened, roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, spreads, totals,
+        states, whitened, roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, totals,
     )  # fmt: skip
     # The density of the readings themselves, so that models with a lag and without one can be compared.
     likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots, axis=0) @ np.log1p(-keeps)
@@ -192,7 +192,7 @@ def _run(
         math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), float(settings[kalman.NOISE_VOLTAGE]),
         slopes, gains, moves, responses, ahead, noises, levels,
     )  # fmt: skip
-    return found, covariances, spreads
+    return found, covariances
 
 
 def driving(record: Record, late: Float64) -> tuple[Float64, float]:

@@ -292,7 +292,6 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     ahead: Float64,
     noises: Float64,
     levels: Vector,
-    spreads: Float64,
     totals: Vector,
 ) -> None:
     """Filter a record of n samples; fill in states, innovations and totals.
@@ -310,8 +309,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and `ahead` (n,
     `SIZE`), the next sample's state as predicted, `levels` (n): share added to friction on the way there by effects,
     too, and `noises` (n, 3, 2): variances of the readings' noise, all of it and what the clock's jitter adds.
-    `covariances` (n or 0, `SIZE`, `SIZE`): after the readings; `spreads`, of the same length: the next sample's as
-    predicted.
+    `covariances` (n or 0, `SIZE`, `SIZE`): after the readings.
     """
     x, cov = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     f, b, work = np.zeros((SIZE, SIZE)), np.zeros((SIZE, FORCES)), np.zeros((16, SIZE + 2))
@@ -423,7 +421,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         if is_afresh:
             totals[RESCUED] += 1.0
             begin(readings, later, k, h, s, p, x, cov)
-            if k > 0 and len(spreads) > 0:
+            if k > 0 and len(covariances) > 0:
                 moves[k - 1] = 0.0  # it says nothing of the states before
         for i in range(SIZE):
             states[k, i] = x[i]
@@ -437,8 +435,6 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         copy_into(coming, 0, memory)
         pass_time(active, states[k], x[THETA], voltage[k], temperature[k], h, coming, p)
         _spread(cov, f, b, x, h, unsure[k], s, work[:STATES])
-        if len(spreads) > 0:
-            copy_matrix(spreads[k], cov)
         is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)
         if is_kept:
             levels[k] = acting[LEVEL]

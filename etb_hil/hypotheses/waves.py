@@ -17,6 +17,7 @@ from etb_hil.plant.physics import GEAR_RATIO, RESISTANCE, TORQUE_PER_AMPERE
 from etb_hil.recording.samples import Float64
 
 _FINER = 2  # values of the spectrum for each order that the motion can tell from the next (zero padding)
+_FILLED = 4  # bins for each value at most
 
 
 def several(record: Record, before: Fitted, effects: Iterable[Effect]) -> list[FittedEffect]:
@@ -70,7 +71,8 @@ def strongest(record: Record, before: Fitted, most: int, low: float, high: float
 
 def _peak(angle: Float64, values: Float64, low: float, high: float) -> float:
     """Return the order of the largest wave of values over an angle in rad."""
-    bins = max(math.ceil(2.0 * high * np.ptp(angle) / math.pi), 1)  # two for each half wave of the highest order
+    # Two for each half wave of the highest order, and no more than the values can fill: a travel may be of any length.
+    bins = min(max(math.ceil(2.0 * high * np.ptp(angle) / math.pi), 1), _FILLED * len(values))
     place = np.minimum(((angle - angle.min()) / max(np.ptp(angle), 1e-9) * bins).astype(np.int64), bins - 1)
     sums = np.bincount(place, values, bins)
     spectrum = np.abs(np.fft.rfft(sums, _FINER * bins))

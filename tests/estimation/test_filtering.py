@@ -315,6 +315,19 @@ def test_a_state_that_begins_afresh_tells_the_smoother_nothing_of_those_before(h
         assert np.std(found.states[right, OMEGA] - truth[right, 1]) < 0.01
 
 
+def test_the_smoother_stays_with_the_truth_where_nothing_is_read(healthy):
+    """Bristles relax within milliseconds: backwards, that is a growth which rounding errors must not follow."""
+    made, model, truth = healthy
+    at = slice(len(made.readings) // 2, len(made.readings) // 2 + 400)
+    unread = made.readings.copy()
+    unread[at] = np.nan
+    for disturbance in (SMALL, Disturbance(0.1, 10.0)):
+        found = smoothed(replace(made, readings=unread), model.vector(), disturbance)
+        off = np.abs(found.states[:, THETA] - truth[:, 0])
+        assert off[at].max() < 0.01 * np.ptp(truth[at, 0])
+        assert max(off[200 : at.start].max(), off[at.stop + 10 : -200].max()) < 1e-4
+
+
 def test_a_record_without_an_angle_or_with_a_clock_that_stands_is_refused(healthy):
     _, model, _ = healthy
     time, volts = np.arange(10) * 5e-4, np.zeros(10)
