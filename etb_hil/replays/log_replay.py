@@ -13,6 +13,7 @@ import numpy as np
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.bench.results import results_of
 from etb_hil.replays.one_channel import one_channel_each
+from etb_hil.replays.one_recording import one_recording
 from etb_hil.scenario.phases import LOG
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.finished import Finished
@@ -86,6 +87,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
         remedy = f"check the bench file's roles against {dialect.path.name}, and the id offset"
         what = "holds no frame that has a role"
         raise NothingToJudgeError(Problem(what, Place(job.paths[0]), allowed=wanted, remedy=remedy))
+    one_recording(analysis.decoder.statistics(), job.paths[0])
     record = RunRecord(first_ns, last_ns)
     record.phases = list(job.phases) or [PhaseTime(LOG, LOG, first_ns, last_ns)]
     # No folder of a session: the log stays what it is.

@@ -1,6 +1,7 @@
 """`replay` as people type it: what does not go together is refused, pauses and other units stop nothing."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,13 +10,13 @@ from whole_run import files, run_on
 from etb_hil.base.outcome import ExitCode
 from etb_hil.bench.job import execute, prepare
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.logs.blf import BlfLog
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.canio.logs.writing import write_log
 from etb_hil.cli.main import main
 from etb_hil.cli.replay_options import worst
 from etb_hil.replays.against import compare_with_session
 from etb_hil.replays.log_frames import Frames
-from etb_hil.replays.log_replay import LogJob
+from etb_hil.replays.log_replay import LogJob, judge
 from etb_hil.replays.session_replay import rule_files
 
 MINUTE_NS = 60_000_000_000
@@ -108,6 +109,29 @@ def test_two_units_on_two_channels_are_not_judged_as_one(frames, tmp_path, capsy
     path = write(tmp_path / "log.blf", frames, later(frames, MINUTE_NS, channel=np.full_like(frames.channel, 3)))
     assert main(["replay", path]) == ExitCode.BAD_INPUT
     assert "comes on channels 0 and 3: more than one unit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("later_ns", [0, 300_000_000, 1_300_000], ids="{} ns".format)
+def test_two_recordings_in_one_log_are_not_judged_as_one(frames, tmp_path, capsys, later_ns):
+    """A second one was appended, or recorded in between on a bus whose log tells no channels."""
+    other = concatenate_frames(read_blf(run_on(tmp_path, unit="default").session.raw_log))
+    second = later(other, later_ns + int(frames.stamp_ns[0] - other.stamp_ns[0]))
+    both = concatenate_frames([frames, second])
+    appended, between = write(tmp_path / "appended.blf", frames, second), tmp_path / "between.blf"
+    write(between, both.select(np.argsort(both.stamp_ns, kind="stable")))
+    for path in (appended, str(between)):
+        assert main(["replay", path]) == ExitCode.BAD_INPUT
+        assert "counters that were there before, and other contents" in capsys.readouterr().err
+
+
+def test_frames_that_come_twice_are_judged_once(live, frames, tmp_path):
+    """As a gateway passes them on, or two loggers on one bus."""
+    twice = frames.select(np.repeat(np.arange(len(frames)), 2))
+    files, doubled = rule_files(live.session), Path(write(tmp_path / "twice.blf", twice))
+    found, once = (
+        judge(LogJob((path,), files, files.read()), Frames([path])) for path in (doubled, live.session.raw_log)
+    )
+    assert found.results.measurements == once.results.measurements
 
 
 def test_a_unit_without_frames_does_not_stop_the_others(frames, tmp_path, capsys):

@@ -32,7 +32,8 @@ class MessageStatistics:
     `frames` were accepted; `too_short`, `crc_failures` and `repeated` (an alive or sample counter that did not move)
     were refused; `stuck` counts runs of three and more repeats; `counter_jumps` how often the alive counter skipped;
     `lost` the frames that the counters say are missing; `unknown` the gaps in which nothing can count them;
-    `backwards` the stamps that fell, of messages without a sample counter.
+    `backwards` the stamps that fell, of messages without a sample counter; `foreign` the repeats of a sample
+    counter with another content than the frames that were accepted about then: of another unit, or not in their order.
     """
 
     frames: int
@@ -44,6 +45,7 @@ class MessageStatistics:
     lost: int
     unknown: int
     backwards: int
+    foreign: int
 
 
 class Decoder(Rewindable):
@@ -70,7 +72,7 @@ class Decoder(Rewindable):
         self._counters = np.array([_counter_place(m) for m in dialect.messages], np.int64).reshape(count, sb.PLACE)
         self._state = np.zeros((count, 10), np.int64)
         self._state[:, rx.KNOWN_INTERVAL] = self._table[:, rx.INTERVAL]
-        self._counts = np.zeros((count, 9), np.int64)
+        self._counts = np.zeros((count, 10), np.int64)
         bits = [m.counter.bits for m in dialect.messages if m.counter is not None]
         self._clock = np.array([0, 0, 0, 0, 1 << min(bits, default=0)], np.int64)
 
@@ -87,6 +89,8 @@ class Decoder(Rewindable):
             frames.stamp_ns, frames.ident, frames.flags, frames.length, data,
             self._table, self._data_ids, self._counters, self._state, self._counts, self._clock, accepted,
         )  # fmt: skip
+        if (accepted[0] <= rx.AGAIN).any():
+            self._count_foreign(accepted[0], data)
         blocks = self._store.add(frames, data, accepted)
         if self.requested is None:
             return blocks
@@ -94,6 +98,14 @@ class Decoder(Rewindable):
         if self._gathers:
             self._readings += readings
         return blocks + readings
+
+    def _count_foreign(self, rows: Int64, data: NDArray[np.uint8]) -> None:
+        """Count the repeats (`rows` (n): see `AGAIN`) that repeat no accepted frame of these."""
+        accepted = {(row, content.tobytes()) for row, content in zip(rows.tolist(), data, strict=True) if row >= 0}
+        for n in np.flatnonzero(rows <= rx.AGAIN):
+            row = rx.AGAIN - int(rows[n])
+            is_measured = self._table[row, rx.COUNTER_BITS] and not self._table[row, rx.COMMANDED]
+            self._counts[row, rx.FOREIGN] += bool(is_measured) and (row, data[n].tobytes()) not in accepted
 
     def gathered(self) -> list[SampleBlock]:
         """Return the samples that were pushed since the last call, in few blocks."""
@@ -123,6 +135,7 @@ class Decoder(Rewindable):
                 lost=int(row[rx.LOST]),
                 unknown=int(row[rx.UNKNOWN]),
                 backwards=int(row[rx.BACKWARDS]),
+                foreign=int(row[rx.FOREIGN]),
             )
             for name, row in zip(self._names, self._counts, strict=True)
         }

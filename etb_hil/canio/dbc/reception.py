@@ -37,10 +37,11 @@ IDENT, EXTENDED, LENGTH, PROFILE, MODULUS, TICK, COUNTER_BITS, CYCLE, COMMANDED,
 # Columns of the state of a message; `KNOWN_INTERVAL` is in ticks from frame to frame, 0 while it is not known.
 SEEN, ALIVE, STAMP, PLACE, SHIFT, KNOWN_INTERVAL, LAST_STEP, FRESH, REPEATS, TIME = range(10)
 # Columns of the counts of a message.
-FRAMES, TOO_SHORT, CRC_FAILURES, REPEATED, STUCK, JUMPS, LOST, UNKNOWN, BACKWARDS = range(9)
+FRAMES, TOO_SHORT, CRC_FAILURES, REPEATED, STUCK, JUMPS, LOST, UNKNOWN, BACKWARDS, FOREIGN = range(10)
 # The sample clock that all messages share.
 RUNNING, CLOCK_PLACE, CLOCK_STAMP, EPOCH, NARROWEST = range(5)
 
+AGAIN = -2  # refused as a repeat: this less the message's row stands for the message
 STUCK_AFTER = 3  # so many repeats in a row are no longer a doubled frame
 
 _NO_DATA = int(FrameFlag.REMOTE | FrameFlag.ERROR)
@@ -71,7 +72,8 @@ def receive(
 ) -> None:
     """Fill `out` (3, n) with the acceptance of each frame.
 
-    The three are the message's row in `table` or -1, the time of the first sample, and the frames lost before.
+    The three are the message's row in `table`, the time of the first sample, and the frames lost before. Of a refused
+    frame the first is -1; of a repeat see `AGAIN`.
     """
     count, width = data.shape
     payloads, places, ids = data.reshape(count * width), counter_places.ravel(), data_ids.ravel()
@@ -182,7 +184,7 @@ def _settle(
         _count(step, lost, k, counts)
         out[1, n], out[2, n] = time, lost
     else:
-        out[0, n] = -1
+        out[0, n] = AGAIN - k
         counts[k, REPEATED] += 1
         state[k, REPEATS] += 1
         counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
