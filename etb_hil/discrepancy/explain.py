@@ -25,6 +25,7 @@ from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
 from etb_hil.discrepancy.measured.device_roles import must_be_of_one_kind
+from etb_hil.discrepancy.measured.drive_work import must_do_its_work
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle, must_be_of_winding
 from etb_hil.discrepancy.measured.segments import measurements_of
@@ -286,6 +287,7 @@ def _read(
             found = measurements_of(recording, model)
             must_be_of_throttle(found, model)
             must_be_of_winding(found, model)
+            must_do_its_work(found, model)
         except InputError as error:
             missing += [str(problem) for problem in error.problems]
             continue

@@ -13,23 +13,27 @@ from etb_hil.discrepancy.fitting.balances import CHANNELS, Balances
 from etb_hil.discrepancy.fitting.fit import Fit, box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown, box_of
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.physics import RESISTANCE, TORQUE_PER_AMPERE, Vector
 from etb_hil.recording.samples import Float64
 from etb_hil.results.explained.residual import NonparametricTerm
 
 _KNOTS = 9
 _RIDGE = 1e-6
 _ON_EDGE = 1e-3  # tolerances
+_DRIVES = (TORQUE_PER_AMPERE, RESISTANCE)
 
 
 def beyond_tolerances(jacobian: Float64, fit: Fit, unknowns: Sequence[Unknown]) -> NonparametricTerm:
-    """Return what parameters on their tolerances would explain beyond them."""
+    """Return what parameters on their tolerances would explain beyond them.
+
+    What turns the drive into torque stays: with it all terms together could shrink to nothing, whatever is wrong.
+    """
     x = np.array([u.x_of(fit.whole) for u in unknowns])
     low, high = _within_box(fit, unknowns)
     normal, right = jacobian.T @ jacobian + _RIDGE * np.eye(len(x)), -jacobian.T @ fit.residual
     inside = _gain(normal, right, low, high)
     for k, unknown in enumerate(unknowns):
-        if unknown.is_toleranced and (low[k] > -_ON_EDGE or high[k] < _ON_EDGE):
+        if unknown.is_toleranced and unknown.place not in _DRIVES and (low[k] > -_ON_EDGE or high[k] < _ON_EDGE):
             free = unknown.free()
             low[k], high[k] = free.low - x[k], free.high - x[k]
     share = (_gain(normal, right, low, high) - inside) / max(fit.cost, 1e-12)
