@@ -55,6 +55,15 @@ def test_a_multisine_never_passes_its_amplitude_and_shares_the_velocity():
     assert sines.at(0.0).velocity == 0.0
 
 
+@pytest.mark.parametrize("frequencies", ["[1 Hz, 1 Hz]", "[0.3 Hz, 1 Hz, 0.7 Hz, 1 Hz]", "[1 Hz, 0.001 kHz]"])
+def test_a_multisine_with_a_repeated_frequency_is_refused_at_its_key(tmp_path, frequencies):
+    """Their phases differ: two equal sines cancel, and the plate would not move."""
+    head = "  - {id: m, kind: multisine, centre: 40 deg, amplitude: 5 deg, duration: 9 s,\n"
+    says = r"scenario\.yaml:5: .*frequencies: states 1 Hz more than once; allowed: each frequency .* once; remove the"
+    with pytest.raises(InputError, match=says):
+        written(tmp_path, f"{head}     frequencies: {frequencies}}}\n")
+
+
 def test_reversals_are_about_limp_home_where_no_centre_is_given():
     moves = phase(kind="reversals", amplitude="2 deg", speed="0.1 rad/s", repeat=3)
     way = positions(moves.trajectory(THROTTLE.limp_home, THROTTLE)) - THROTTLE.limp_home
