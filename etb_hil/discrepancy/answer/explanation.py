@@ -80,7 +80,7 @@ def _errors(findings: Findings, holdout: Holdout) -> Errors:
             f"the balances show no missing effect, but in free run the calibrated model errs by {times * left:.3g} "
             f"{its}, more than noise ({times * least:.3g} to {times * most:.3g} {its}); the reason is not known"
         )
-    if away := unstable_range(simulable(holdout.best)):
+    if away := unstable_range(simulable(holdout.best), findings.model.device):
         says.append(
             f"from {math.degrees(away[0]):.0f} to {math.degrees(away[1]):.0f} deg the closing "
             "torque falls as the plate opens: at a constant voltage it is unstable there, and errors of a free run grow"
