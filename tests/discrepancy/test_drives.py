@@ -2,13 +2,16 @@
 
 import math
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from answers import plain
-from explain_drives import CASES, outcome, searched
+from explain_drives import CASES, balances_of, model_of, outcome, searched
 from generator.axis import draw_axis
 
 from etb_hil.discrepancy.answer.quality import data_quality
+from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
@@ -19,6 +22,16 @@ def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
     assert findings.verdict == "adequate"
     unit = {"linear": "m", "rotary": "rad"}[motion]
     assert plain(data_quality(findings.balances, findings.model))[0]["travel_unit"] == unit
+
+
+@pytest.mark.parametrize(("driven", "has_bridge"), [("current", False), ("voltage", True)])
+def test_of_a_drive_without_a_winding_no_bridge_is_said_to_be_open(driven, has_bridge):
+    axis = draw_axis(222106, "rotary", driven=driven)
+    (b,) = balances_of(axis, model := model_of(axis))
+    some_missing = replace(b.measured, is_good=np.arange(len(b.measured)) % 5000 > 50)
+    (quality,) = data_quality([Balances(some_missing, model)], model)
+    (said,) = (flag for flag in quality.flags if "of the samples are missing or bad" in flag)
+    assert ("or the bridge was open" in said) is has_bridge
 
 
 MACHINES = {

@@ -39,7 +39,7 @@ def _of(b: Balances, model: Model) -> DataQuality:
     bridged = float(1.0 - np.mean(m.is_good))
     if bridged > 0.0:
         unjudged = float(1.0 - np.mean(b.regimes.is_good))
-        what = "are missing or bad, or the bridge was open"
+        what = f"are missing or bad{', or the bridge was open' if m.device.has_winding else ''}"
         excluded = f"the analysis excludes them and {GUARD_TIME:g} s around them, {100.0 * unjudged:.3g} % in all"
         flags.append(f"{100.0 * bridged:.2g} % of the samples {what}: {excluded}")
     limit = model.values.voltage_limit
