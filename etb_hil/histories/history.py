@@ -75,6 +75,11 @@ class History:
     runs: list[Run]
     numbers: list[NumberHistory]
 
+    @property
+    def units(self) -> int:
+        """How many units the runs are of; a run without a serial number is one of its own."""
+        return len({_unit_of(run) for run in self.runs})
+
     def at_reference(self, number: NumberHistory) -> dict[int, tuple[float, float]]:
         """Return a number's values at 20 degC by their runs' places.
 
@@ -100,6 +105,14 @@ def histories(runs: Sequence[Run]) -> list[History]:
     if not groups:
         raise InputError(Problem("there is no finished run", remedy="name a folder of sessions that has some"))
     return [History(*key, group, _numbers(group)) for key, group in sorted(groups.items())]
+
+
+def _unit_of(run: Run) -> str:
+    """Return the name of a run's unit: its serial number, or that of the run.
+
+    A run without a serial number is a unit of its own: nobody knows whether it came again.
+    """
+    return run.serial or f"run {run.run_id}"
 
 
 def _numbers(runs: list[Run]) -> list[NumberHistory]:
@@ -131,8 +144,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     at = [k for k, run in enumerate(runs) if run.counts and name in run.numbers]
     values = np.array([runs[k].numbers[name].value for k in at])
     warmth = np.array([np.nan if runs[k].temperature is None else runs[k].temperature for k in at], dtype=np.float64)
-    # A run without a serial number is a unit of its own: nobody knows whether it came again.
-    units = [runs[k].serial or f"run {runs[k].run_id}" for k in at]
+    units = [_unit_of(runs[k]) for k in at]
     laws = unit_laws(values, warmth, units)
     if stiction is None:
         effect = laws.together() if is_friction else None

@@ -87,7 +87,7 @@ def _part(history: History, rows: int, drawn: _Drawn) -> dict[str, Any]:
         "tone": next((tone for tone in ("bad", "unsure") if tone in tones), "good"),
         "alarms": alarms,
         "runs": len(runs),
-        "units": len({run.serial for run in runs if run.serial}),
+        "units": history.units,
         "benches": len({run.bench for run in runs}),
         "counting": sum(run.counts for run in runs),
         "numbers": told,

@@ -61,9 +61,8 @@ def history_text(history: History, rows: int) -> str:
 def _table(history: History, rows: int) -> Iterator[str]:
     runs = history.runs
     counting = sum(run.counts for run in runs)
-    units = len({run.serial for run in runs if run.serial})
     benches = len({run.bench for run in runs})
-    yield f"  Runs {len(runs)}, units {units}, benches {benches}; runs that count {counting}"
+    yield f"  Runs {len(runs)}, units {history.units}, benches {benches}; runs that count {counting}"
     if counting < len(runs):
         yield "  (In brackets: bench faults, aborted runs, and those whose verdict was withheld.)"
     unnamed = sum(not run.serial for run in runs)

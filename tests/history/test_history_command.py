@@ -262,3 +262,12 @@ def test_values_that_do_not_scatter_are_in_control():
     assert "in control by Nelson's rules" in text
     assert "NOT IN CONTROL" not in text
     assert "Distribution unknown: the values do not scatter." in text
+
+
+@pytest.mark.parametrize(("serials", "units"), [(("", "", ""), 3), (("A1", "", "A1", ""), 3), (("A1", "A2", "A1"), 2)])
+def test_a_run_without_a_serial_number_counts_as_a_unit_of_its_own(tmp_path, serials, units):
+    (history,) = histories([made_up.run(k, serial, 0.15 + 0.001 * k) for k, serial in enumerate(serials)])
+    assert f"Runs {len(serials)}, units {units}, benches 1" in history_text(history, 5)
+    assert history.units == units == len(history.numbers[0].charted)
+    page = write_history_page([history], tmp_path / "history.html", 5).read_text("utf-8")
+    assert f"Runs {len(serials)}, units {units}, benches 1" in page
