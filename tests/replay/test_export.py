@@ -1,7 +1,10 @@
 """Exports hold the same frames and signals, and say truly what became of the stamps."""
 
 import errno
+import gzip
+import re
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import asammdf
@@ -365,3 +368,15 @@ def _frames_of(message, payloads):
         np.frombuffer(b"".join(payloads), np.uint8).reshape(count, 8).copy(),
         np.zeros(count, np.uint8),
     )
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".asc.gz"])
+def test_an_asc_header_is_dated_to_the_begin_of_the_recording(tmp_path, suffix):
+    """Stamps count from there; the date has no zone, and is that of this computer."""
+    frames = traffic(20, odd_ns=123_000_000)
+    path = tmp_path / f"out{suffix}"
+    export([frames], path)
+    text = (gzip.open if suffix.endswith(".gz") else open)(path, "rt").read()
+    dates = re.findall(r"^(?:date|Begin Triggerblock) (.*)$", text, re.MULTILINE)
+    began = datetime.fromtimestamp(START_NS / 1e9).strftime("%a %b %d %H:%M:%S.123 %Y")  # noqa: DTZ006
+    assert dates == [began, began]

@@ -74,7 +74,7 @@ def write_log(path: Path, start_ns: int) -> LogWriter:
         from etb_hil.canio.logs.mf4_writer import Mf4Log  # noqa: PLC0415 (few logs are)
 
         return Mf4Log(path, start_ns)
-    return _SqliteWriter(path) if suffix == ".db" else _PythonCanWriter(path, suffix)
+    return _SqliteWriter(path) if suffix == ".db" else _PythonCanWriter(path, suffix, start_ns)
 
 
 class _BlfWriter:
@@ -90,16 +90,18 @@ class _BlfWriter:
 
 
 class _PythonCanWriter:
-    def __init__(self, path: Path, suffix: str) -> None:
+    def __init__(self, path: Path, suffix: str, start_ns: int) -> None:
         import can  # noqa: PLC0415 (importing can is slow)
 
+        from etb_hil.canio.logs.asc_writer import AscLog  # noqa: PLC0415
         from etb_hil.canio.messages import to_message  # noqa: PLC0415
 
         self.left_out = 0
         self._suffix = suffix
         self._to_message = to_message
         try:
-            self._logger: Any = can.Logger(path)
+            is_asc = suffix.startswith(".asc")
+            self._logger: Any = AscLog(path, start_ns) if is_asc else can.Logger(path)
         except OSError as error:
             wrong = f"cannot be written: {error.strerror or error}"
             raise InputError(Problem(wrong, Place(path), remedy="give another path")) from None
