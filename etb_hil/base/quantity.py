@@ -155,13 +155,13 @@ def parse_quantity(text: object, dimension: str) -> float:
     ValueError says what is wrong.
     """
     if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise ValueError(f"{_named(dimension)} is expected, for instance '1 {unit_of(dimension)}'")  # noqa: TRY004 (pydantic wants it)
+        raise ValueError(f"{_named(dimension)} is expected, for instance '{format_quantity(1.0, dimension)}'")  # noqa: TRY004 (pydantic wants it)
     if isinstance(text, int | float):
         number, unit = float(text), "1" if dimension == "ratio" else ""
     else:
         match = _NUMBER.match(text)
         if match is None:
-            raise ValueError(f"{_named(dimension)} is expected, for instance '1 {unit_of(dimension)}'")
+            raise ValueError(f"{_named(dimension)} is expected, for instance '{format_quantity(1.0, dimension)}'")
         number, unit = float(match[1]), match[2] or ("1" if dimension == "ratio" else "")
         if unit.startswith(","):  # of decimals or of thousands: which of them, nobody can tell
             raise ValueError(

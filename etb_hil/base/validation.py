@@ -82,8 +82,7 @@ def _beyond(kind: str, value: Value, context: Mapping[str, Any], place: Place) -
     """Return what is wrong with a value of the right kind, None of any other."""
     if kind in _BOUNDS:
         word, name = _BOUNDS[kind]
-        unit = unit_written(value) if isinstance(value, str) else ""
-        return Problem("out of range", place, value, f"{word} {context[name]:g} {unit}".rstrip())
+        return Problem("out of range", place, value, f"{word} {_bound(context[name], value)}")
     if kind in _LENGTHS:
         what, word, name = _LENGTHS[kind]
         length = context.get("actual_length", len(str(value or "")))
@@ -92,6 +91,14 @@ def _beyond(kind: str, value: Value, context: Mapping[str, Any], place: Place) -
         allowed = f"what fits the pattern {context['pattern']}"
         return Problem("has characters that it must not have, or too many", place, value, allowed)
     return None
+
+
+def _bound(limit: float, value: Value) -> str:
+    """Return a bound in the SI unit of the value; that of a share in % where it is."""
+    unit = unit_written(value) if isinstance(value, str) else ""
+    if unit == "1":
+        return f"{100.0 * limit:g} %" if str(value).rstrip().endswith("%") else f"{limit:g}"
+    return f"{limit:g} {unit}".rstrip()
 
 
 def shown(detail: ErrorDetails) -> Value:

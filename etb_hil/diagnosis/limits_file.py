@@ -159,6 +159,12 @@ def _si(stated: str | float | None, kind: MeasurementKind) -> float | None:
     return parse_quantity(number, "ratio")
 
 
+def _shown(value: float, kind: MeasurementKind) -> str:
+    """Return a value with the unit of its measurement."""
+    dimension = dimension_of_unit(kind.unit)
+    return f"{value:.6g} {kind.unit}" if dimension is None else format_quantity(value, dimension)
+
+
 def _wrong(
     document: Document[Any],
     key: tuple[str, ...],
@@ -179,13 +185,14 @@ def _wrong(
         values[side] = value
         least = kind.least_limit if kind.least_limit is not None else (0.0 if kind.is_friction else -math.inf)
         if value < least or (kind.is_friction and value == least):
-            of = dimension_of_unit(kind.unit) or "ratio"
-            allowed = f"{'above' if kind.is_friction else 'from'} {format_quantity(least, of)}"
+            allowed = f"{'above' if kind.is_friction else 'from'} {_shown(least, kind)}"
             yield Problem("out of range", document.place(*key, side), text, allowed)
     if not values:
         yield Problem("states no limit", document.place(*key), remedy=f"add 'max' or 'min' in {kind.unit}")
     if len(values) == len(_SIDES) and values["min"] >= values["max"]:
-        yield Problem("the lower limit is not below the upper one", document.place(*key, "min"), stated["min"])
+        what, allowed = "min must be less than max", f"below {_shown(values['max'], kind)}, the value of max"
+        remedy = "lower min or raise max"
+        yield Problem(what, document.place(*key, "min"), stated["min"], allowed, remedy)
     if entry.shaft is Shaft.MOTOR and kind.unit != "N·m":
         yield Problem("only a torque can be stated for the motor shaft", document.place(*key, "shaft"), "motor")
     if entry.temperature is not None and not kind.is_friction:

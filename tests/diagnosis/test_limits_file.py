@@ -82,6 +82,22 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, old, new, line, key):
     assert any(place.line == line and place.key == key for place in places)
 
 
+@pytest.mark.parametrize(
+    ("band", "says"),
+    [
+        ("60 %", r"out of range \(it is '60 %'\); allowed: below 50 %$"),
+        ("0.6", r"out of range .*; allowed: below 0\.5$"),
+        ("-3 %", r"out of range .*; allowed: at least 0 %$"),
+        ("wide", r"is expected, for instance '1' "),
+    ],
+)
+def test_a_share_is_said_without_a_unit(tmp_path, band, says):
+    path = tmp_path / "limits.yaml"
+    path.write_text(TEXT.replace("marginal_band: 3 %", f"marginal_band: {band}"))
+    with pytest.raises(InputError, match=says):
+        load_limits(path)
+
+
 def test_stock_limits_let_the_healthy_pass_and_say_where_they_come_from():
     limits = load_limits(find("limits", "default"))
     assert limits.most("T_st", 18.0) > 0.171 * 1.3
@@ -166,7 +182,12 @@ HEAT = "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
         ("{T_st: {source: chosen}}", "states no limit; add 'max' or 'min' in N·m"),
         ("{T_st: {max: 0 N·m}}", r"limits\.T_st\.max: out of range .*allowed: above 0 N·m"),
         ("{return_margin: {min: -0.01 N·m}}", r"return_margin\.min: out of range .*allowed: from 0 N·m"),
-        ("{T_st: {min: 0.2 N·m, max: 0.2 N·m}}", r"limits\.T_st\.min: the lower limit is not below the upper one"),
+        ("{T_st: {min: 0.2 N·m, max: 0.2 N·m}}", r"T_st\.min: min must be less than max .*allowed: below 0.2 N·m, "),
+        (
+            "{step_delay: {min: 40 ms, max: 31 ms}}",
+            r"\.min: .*it is '40 ms'\); allowed: below 0.031 s, the value of max; ",
+        ),
+        ("{friction_drift: {min: 0.2 1/s, max: 0.1 1/s}}", r"min: min must .*allowed: below 0.1 1/s, the value of max"),
         ("{step_delay: {max: 31 ms, shaft: motor}}", r"step_delay\.shaft: only a torque can be stated"),
         ("{step_delay: {max: 31 ms, dwell: DWELL}}", r"step_delay\.dwell: only a limit of break-away"),
         ("{T_c: {max: 0.2 N·m, dwell: DWELL}}", r"T_c\.dwell: only a limit of break-away"),
