@@ -1,6 +1,8 @@
 """Samples of a voltage that somebody held are told from samples between which a controller commanded something else."""
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +15,10 @@ from etb_hil.discrepancy.answer.insufficient_data import too_little_to_reject
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.rerun import rerun
-from etb_hil.discrepancy.measured.missed_commands import may_miss_commands, rate_of_voltage
+from etb_hil.discrepancy.measured.missed_commands import FAST, may_miss_commands, rate_of_voltage
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
-from etb_hil.plant.device import Device, Driven
+from etb_hil.plant.device import THROTTLE, Device, Driven
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.parameters import load_model
 
@@ -129,6 +131,20 @@ def test_what_is_wrong_with_bridge_supply_or_sensor_is_no_command(effect, seed):
 def test_without_a_current_slow_samples_tell_nothing_of_commands():
     assert may_miss_commands(*_measured(500, current=None))
     assert not may_miss_commands(*_measured(1000, current=None))
+
+
+@pytest.mark.parametrize("device", [THROTTLE, replace(DRIVE, driven=Driven.VOLTAGE)])
+def test_without_a_current_the_rate_that_is_needed_is_said(device):
+    measured, model = _measured(500, current=None, device=device)
+    findings = SimpleNamespace(verdict="unexplained", balances=[Balances(measured, model)], model=model)
+    (said,) = too_little_to_reject(findings, [measured])
+    assert "at 500 Hz the voltage may change between samples: below 900 Hz a record without a current" in said
+    assert said.endswith("record the current, too, or at 900 Hz or more")
+
+
+def test_the_howto_states_the_rate_that_is_needed_without_a_current():
+    text = (Path(__file__).parents[2] / "docs/howto/explain.md").read_text("utf-8")
+    assert f"without a measured current needs {FAST:g} Hz or more" in " ".join(text.split())
 
 
 def test_a_drive_is_given_what_its_samples_say():

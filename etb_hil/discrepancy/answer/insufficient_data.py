@@ -8,7 +8,7 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.missed_commands import may_miss_commands, rate_of_voltage
+from etb_hil.discrepancy.measured.missed_commands import FAST, may_miss_commands, rate_of_voltage
 from etb_hil.discrepancy.measured.regimes import GUARD_TIME
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.parameters import Model
@@ -49,6 +49,10 @@ def _too_slow(segments: Sequence[Measurement], model: Model) -> list[str]:
         return []
     rate = rate_of_voltage(m)
     what = f"{m.origin}: the residual exceeds the noise, and at {rate:.0f} Hz the voltage may change between samples"
-    shows = "no current was recorded" if m.current is None else "the current changes before the recorded voltage does"
-    remedy = "record in step with the controller's commands, or several times as fast"
+    if m.current is None:
+        shows = f"below {FAST:g} Hz a record without a current does not show such changes"
+        remedy = f"record the current, too, or at {FAST:g} Hz or more"
+    else:
+        shows = "the current changes before the recorded voltage does"
+        remedy = "record in step with the controller's commands, or several times as fast"
     return [f"{what}: {shows}; the data cannot distinguish a cause from such a command: {remedy}"]

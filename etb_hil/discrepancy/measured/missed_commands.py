@@ -17,7 +17,7 @@ from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64, Int64
 
 # Decision 0029. Records that miss commands, and those that do not: benchmarks/explain_study.py, --rate 500 and 2000.
-_FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second
+FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second
 _SHORTEST = 0.0005  # s; in a shorter time a current does less than its sensor's noise
 _FEWEST = 100  # jumps
 _KNEES = (0.05, 0.15, 0.3)  # A, at which a brush's drop may be there
@@ -35,7 +35,7 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     if not measured.device.has_winding:
         return False
     if measured.current is None:
-        return measured.rate < _FAST
+        return measured.rate < FAST
     m, current = without_diodes(measured, model), measured.current
     begins, ends = _before_jumps(m)
     if len(ends) < _FEWEST:
