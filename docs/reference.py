@@ -214,15 +214,15 @@ def measurements():
     """Return the measurements that there are, for limits files."""
 
     rows = [
-        f"| `{kind.id}` | {_cell(kind.name)} | {kind.unit} | {', '.join(sorted(kind.phases)) or 'motion'} "
-        f"| {_listed(sorted(kind.roles))} | {_cell(kind.source)} |"
+        f"| `{kind.id}` | {_cell(kind.name)} | {kind.unit} | {'95 %' if kind.has_interval else 'none'} "
+        f"| {', '.join(sorted(kind.phases)) or 'motion'} | {_listed(sorted(kind.roles))} | {_cell(kind.source)} |"
         for kind in measurement_kinds().values()
     ]
     return "\n".join(
         [
-            "# Measurements\n\nA limits file judges any of them by its id; the unit is the one of `results.json`.\n",
-            "| id | measurement | unit | phases | roles, beside current and motor angle | definition |",
-            "|---|---|---|---|---|---|",
+            "# Measurements\n\nThe unit is the one of `results.json`. A limits file limits what has an interval, by its id.\n",
+            "| id | measurement | unit | interval | phases | roles, beside current and motor angle | definition |",
+            "|---|---|---|---|---|---|---|",
             *rows,
             "",
         ]

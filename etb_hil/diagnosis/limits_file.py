@@ -144,6 +144,10 @@ def _problems_of(document: Document[Any], key: tuple[str, ...], name: str, entry
     if kind is None:
         remedy = did_you_mean(name, measurement_kinds(), "see docs/reference/measurements.md for their ids")
         return [Problem("no measurement has this id", document.place(*key), name, remedy=remedy)]
+    if not kind.has_interval:
+        what = f"{kind.name} comes without an interval, so that no limit can be applied to it"
+        remedy = "take it out, or limit a measurement with an interval: see docs/reference/measurements.md"
+        return [Problem(what, document.place(*key), name, remedy=remedy)]
     return list(_wrong(document, key, kind, entry))
 
 

@@ -65,7 +65,8 @@ class MeasurementKind:
     follows temperature and may differ by direction. `friction_of` is the friction torque that the value is reduced by.
     `is_model_free`: the value holds without the bench's model, and keeps its interval where data contradict that.
     `judged_at_rest_by` is the measurement whose limit applies where that limit states a law of rest. `least_limit` is
-    the smallest limit that makes sense, in SI.
+    the smallest limit that makes sense, in SI. Without intervals (`has_interval`) a value is for people: nothing tells
+    it from a limit, and none may be stated.
     """
 
     id: str
@@ -84,6 +85,7 @@ class MeasurementKind:
     is_model_free: bool = False
     judged_at_rest_by: str = ""
     least_limit: float | None = None
+    has_interval: bool = True
 
     def name_of(self, suffix: str, name: str = "") -> str:
         """Return the name of a value, by `suffix` and `name` of its estimate."""

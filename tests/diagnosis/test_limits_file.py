@@ -192,6 +192,7 @@ HEAT = "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
         ("{step_delay: {max: 31 ms, dwell: DWELL}}", r"step_delay\.dwell: only a limit of break-away"),
         ("{T_c: {max: 0.2 N·m, dwell: DWELL}}", r"T_c\.dwell: only a limit of break-away"),
         ("{step_delay: {max: 31 ms, temperature: HEAT}}", r"step_delay\.temperature: only a limit of friction"),
+        ("{windows: {min: 5}}", r"windows: windows behind the fit comes without an interval.*take it out"),
     ],
 )
 def test_a_limit_that_cannot_be_meant_is_refused(tmp_path, limits, says):

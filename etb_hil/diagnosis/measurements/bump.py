@@ -42,4 +42,5 @@ MEASUREMENT = MeasurementKind(
     compute=_bumps,
     order=350,
     suffixes=r"\d+",
+    has_interval=False,
 )

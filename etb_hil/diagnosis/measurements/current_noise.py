@@ -23,4 +23,5 @@ MEASUREMENT = MeasurementKind(
     order=220,
     phases=frozenset({"current_zero"}),
     is_model_free=True,
+    has_interval=False,
 )

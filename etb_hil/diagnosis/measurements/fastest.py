@@ -21,4 +21,5 @@ MEASUREMENT = MeasurementKind(
     unit="rad/s",
     compute=_fastest,
     order=200,
+    has_interval=False,
 )

@@ -27,4 +27,5 @@ MEASUREMENT = MeasurementKind(
     unit="N·m",
     compute=_friction_least,
     order=300,
+    has_interval=False,
 )

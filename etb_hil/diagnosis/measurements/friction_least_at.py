@@ -27,4 +27,5 @@ MEASUREMENT = MeasurementKind(
     unit="rad",
     compute=_friction_least_at,
     order=310,
+    has_interval=False,
 )

@@ -27,4 +27,5 @@ MEASUREMENT = MeasurementKind(
     unit="N·m",
     compute=_friction_most,
     order=320,
+    has_interval=False,
 )

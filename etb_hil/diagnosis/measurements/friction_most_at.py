@@ -27,4 +27,5 @@ MEASUREMENT = MeasurementKind(
     unit="rad",
     compute=_friction_most_at,
     order=330,
+    has_interval=False,
 )

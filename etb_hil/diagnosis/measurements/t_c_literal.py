@@ -22,4 +22,5 @@ MEASUREMENT = MeasurementKind(
     compute=_t_c_literal,
     order=140,
     source="seed paper, section III.C, strategy 2 as printed",
+    has_interval=False,
 )

@@ -22,4 +22,5 @@ MEASUREMENT = MeasurementKind(
     compute=_t_c_live,
     order=130,
     source="seed paper, section III.C, strategy 2, corrected",
+    has_interval=False,
 )

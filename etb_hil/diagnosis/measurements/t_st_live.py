@@ -21,4 +21,5 @@ MEASUREMENT = MeasurementKind(
     unit="N·m",
     compute=_t_st_live,
     order=110,
+    has_interval=False,
 )

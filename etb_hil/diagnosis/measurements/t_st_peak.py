@@ -22,4 +22,5 @@ MEASUREMENT = MeasurementKind(
     compute=_t_st_peak,
     order=120,
     source="seed paper, section III.C, strategy 1",
+    has_interval=False,
 )

@@ -25,4 +25,5 @@ MEASUREMENT = MeasurementKind(
     phases=frozenset({"current_zero"}),
     roles=frozenset({"temperature"}),
     is_model_free=True,
+    has_interval=False,
 )

@@ -21,4 +21,5 @@ MEASUREMENT = MeasurementKind(
     unit="1",
     compute=_windows,
     order=240,
+    has_interval=False,
 )
