@@ -220,7 +220,7 @@ def measurements():
     ]
     return "\n".join(
         [
-            "# Measurements\n\nA limits file limits what has an interval, by its id. Units are those of `results.json`.\n",
+            "# Measurements\n\nA limits file limits what has an interval, by its id. `results.json` has these units.\n",
             "| id | measurement | unit | interval | phases | roles, beside current and motor angle | definition |",
             "|---|---|---|---|---|---|---|",
             *rows,

@@ -272,7 +272,7 @@ def gain_range(
 
 
 def _tells_constant(balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters) -> bool:
-    """Tell whether a voltage says more of the motor's constant than the model's tolerance does.
+    """Tell whether a voltage tells the motor's constant better than its tolerance.
 
     A voltage that brushes or a bridge take away hides much of the back-EMF.
     """

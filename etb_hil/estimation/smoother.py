@@ -1,7 +1,8 @@
-"""The smoother of Bryson and Frazier (1963), in Bierman's form (1973), on what a filter kept; compiled.
+"""The smoother of Bryson and Frazier (1963), in Bierman's form (1973); compiled.
 
-It goes back by the transposed matrices by which the filter's errors fade, and so do its own. That of Rauch, Tung and
-Striebel goes back by inverted ones: where no angle is read, its rounding errors grow as fast as bristles relax.
+It works on what a filter kept. It goes back by the transposed matrices by which the filter's errors fade, and so do
+its own. That of Rauch, Tung and Striebel goes back by inverted ones: where no angle is read, its rounding errors grow
+as fast as bristles relax.
 """
 
 from __future__ import annotations
@@ -77,7 +78,10 @@ def _back_over_reading(
     reads: Float64,
     by_gain: Float64,
 ) -> None:
-    """Add what a reading says to slope and curvature, in place; `reads` and `by_gain` are room."""
+    """Add what a reading says to slope and curvature, in place.
+
+    `reads` and `by_gain` are room.
+    """
     size = len(slope)
     is_taken = False
     for i in range(size):

@@ -1,4 +1,7 @@
-"""Refuse two recordings in one log, one after the other or one between the other's frames."""
+"""Refuse two recordings in one log.
+
+One may stand behind the other, or between the other's frames.
+"""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class Decoder(Rewindable):
         return blocks + readings
 
     def _count_foreign(self, rows: Int64, data: NDArray[np.uint8]) -> None:
-        """Count the repeats (`rows` (n): see `AGAIN`) that repeat no accepted frame of these."""
+        """Count the repeats that repeat no accepted frame; `rows` (n): see `receive`."""
         accepted = {(row, content.tobytes()) for row, content in zip(rows.tolist(), data, strict=True) if row >= 0}
         for n in np.flatnonzero(rows <= rx.AGAIN):
             row = rx.AGAIN - int(rows[n])

@@ -1,4 +1,4 @@
-"""Plausibility of what drives an axis, by its work: its unit, and its sign against the angle's."""
+"""Plausibility of what drives an axis, by its work: its unit and its sign."""
 
 from __future__ import annotations
 
