@@ -27,3 +27,13 @@ def test_other_answers_have_no_hint(verdict):
 
 def test_numbers_inside_their_tolerances_give_no_hint():
     assert tolerance_hints(found("unexplained", coulomb=COULOMB)) == ""
+
+
+@pytest.mark.parametrize("verdict", ["adequate", "explained", "unexplained"])
+def test_a_number_of_a_stated_effect_that_the_fit_has_otherwise_is_said(verdict):
+    """It has no tolerance: a model that describes the data is not the file's then."""
+    sine = CalibratedParameter("N·m", nominal=0.7, value=1.0, interval=(0.99, 1.01), tolerance=0.0)
+    cosine = CalibratedParameter("N·m", nominal=0.0, value=0.001, interval=(-0.01, 0.01), tolerance=0.0)
+    said = tolerance_hints(found(verdict, **{"gravity_load.sine": sine, "gravity_load.cosine": cosine}))
+    assert said.startswith("The fit has gravity")
+    assert said.endswith("at 1 N·m (stated 0.7).")

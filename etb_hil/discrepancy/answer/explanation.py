@@ -278,6 +278,32 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
             flags=tuple(flags),
             without_causes=first if findings.accepted else None,
         )
+    return {**found, **_stated(findings, numbers, in_model)}
+
+
+def _stated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, CalibratedParameter]:
+    """Return the fitted numbers of effects that the model file states; it states no tolerance of them."""
+    by_place, whole = {one.place: one for one in numbers}, findings.model.vector()
+    named = [step.winner.candidate.effect for step in findings.accepted]
+    found = {}
+    for effect in CATALOGUE.values():
+        if effect in named or not whole[list(effect.acting_indices)].any():
+            continue
+        for parameter, place in zip(effect.stated, effect.stated_indices, strict=True):
+            if place not in by_place:
+                continue
+            estimate, nominal = by_place[place], float(whole[place])
+            flags = [] if estimate.low <= nominal <= estimate.high else ["not what the model file states"]
+            found[f"{effect.id}.{parameter.name}"] = CalibratedParameter(
+                unit=unit_for(parameter, is_linear=findings.is_linear),
+                nominal=nominal,
+                value=estimate.value,
+                interval=(estimate.low, estimate.high),
+                in_model=float(in_model[place]),
+                tolerance=0.0,
+                flags=(*flags, *estimate.flags),
+                without_causes=float(findings.calibration.fit.whole[place]) if findings.accepted else None,
+            )
     return found
 
 

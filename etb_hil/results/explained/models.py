@@ -12,7 +12,7 @@ LAST_FIT = "last fit in free run"  # of `ModelFile.values_from`
 
 @dataclass(frozen=True, slots=True)
 class CalibratedParameter:
-    """A base parameter as fitted.
+    """A base parameter as fitted, or a number of an effect that the model states.
 
     `without_causes` is its value in the calibrated model, where `value` has causes. `in_model` is the value in the
     model file that is written.
@@ -27,7 +27,7 @@ class CalibratedParameter:
     interval: Interval | None
     """95 % interval of `value`; null where it is unknown."""
     tolerance: float
-    """Tolerance in the model file."""
+    """Tolerance in the model file; 0 of an effect's numbers, which have none."""
     flags: tuple[str, ...] = ()
     """Remarks on the estimate."""
     in_model: float | None = None
