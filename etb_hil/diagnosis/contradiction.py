@@ -243,13 +243,18 @@ def law_remarks(fit: StribeckFit) -> list[Reason]:
 
 
 def gain_range(
-    fit: StribeckFit, balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters
+    fit: StribeckFit,
+    balance: VoltageBalance | None,
+    model: Model,
+    throttle: ThrottleParameters,
+    hot: HotMotor | None = None,
 ) -> tuple[float, float]:
     """Return between which factors the gain of the current may lie, beside `GAIN`.
 
     Both springs too strong, or both too weak, may as well be the current's gain. The resistance bounds it: a gain that
     is too high makes R_a too low. Where no voltage tells the motor's constant, motor and springs have nothing but each
-    other to be held against: the fit parts what they differ by, and all of it may be one's, or the other's.
+    other to be held against: the fit parts what they differ by, and all of it may be one's, or the other's. Where one
+    tells it, springs beyond their tolerance may have pulled it off that.
     """
     is_told = _tells_constant(balance, model, throttle)
     apart = 0.0 if is_told else _motor_and_springs(fit, model, throttle)
@@ -262,11 +267,16 @@ def gain_range(
         shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)
     low, high = min(1.0, 1.0 + max(shares)), max(1.0, 1.0 + min(shares))
     if balance is not None and is_told and balance.resistance > 0.0:
-        share = model.tolerance("resistance") / throttle.resistance + _WINDING
-        middle = throttle.resistance / balance.resistance
+        resistance = (throttle if hot is None else hot.of(throttle)).resistance
+        share = model.tolerance("resistance") / resistance + _WINDING
+        middle = resistance / balance.resistance
         low, high = max(low, min(1.0, middle * (1.0 - share))), min(high, max(1.0, middle * (1.0 + share)))
-    if apart != 0.0:
-        constant, own = 1.0 + float(fit.parameters[CONSTANT]), _tolerated_constant(model, throttle)
+    constant = 1.0 + float(fit.parameters[CONSTANT])
+    if balance is not None and is_told:
+        constant /= 1.0 + balance.torque_constant_shift(throttle)[0]
+        low, high = min(low, constant), max(high, constant)
+    elif apart != 0.0:
+        own = _tolerated_constant(model, throttle)
         low, high = min(low, constant * (1.0 - own)), max(high, constant * (1.0 + own))
     return max(low, 0.05), high
 

@@ -205,7 +205,7 @@ class Diagnosis:
         widening = Widening()
         if fit is not None:
             widening = Widening(
-                gain_range(fit, assessment.balance, self._model, throttle if hot is None else hot.of(throttle)),
+                gain_range(fit, assessment.balance, self._model, throttle, hot),
                 by_place_and_time(way, drift),
                 is_confounded=is_bent or (way is not None and way.is_fine),
                 is_bent=is_bent,

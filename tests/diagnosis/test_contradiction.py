@@ -343,7 +343,14 @@ def test_where_no_voltage_tells_the_constant_all_of_it_may_be_the_motors_or_the_
         fit = springs(sign * 0.02, constant=-sign * 0.1)
         assert gain_range(fit, balance, MODEL, UNIT) == pytest.approx(expected)
         assert says_springs(fit, balance)
-        assert gain_range(fit, NO_BOUND, MODEL, UNIT) == (1.0, 1.0)
+
+
+def test_springs_may_have_pulled_the_constant_off_what_the_voltage_tells():
+    for sign, expected in ((1.0, (0.98, 1.0)), (-1.0, (1.0, 1.02))):
+        fit = springs(sign * 0.02, constant=-sign * 0.02)
+        assert gain_range(fit, NO_BOUND, MODEL, UNIT) == pytest.approx(expected)
+    another = replace(NO_BOUND, back_emf=0.98 * UNIT.back_emf)
+    assert gain_range(springs(0.0, constant=-0.02), another, MODEL, UNIT) == pytest.approx((1.0, 1.0))
 
 
 @SIDES

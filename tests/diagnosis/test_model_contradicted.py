@@ -52,6 +52,20 @@ def test_units_just_beyond_a_limit_never_pass(seed, friction):
     assert diagnosed(Unit(stiction=stiction, coulomb=coulomb), bench=bench, seed=seed).verdict is not PASS
 
 
+def with_drop(volts):
+    """Return what a voltmeter at the terminals reads where brushes take so much of the voltage."""
+    return lambda s: replace(s, voltage=s.voltage + volts * np.tanh(s.current / 0.05))
+
+
+@pytest.mark.parametrize("drop", [0.0, 0.1, 0.8])
+@pytest.mark.parametrize(("stiction", "springs"), [(0.2808, 0.45), (0.252, 0.29)], ids=["stiff", "soft"])
+def test_a_drop_at_the_brushes_lets_wrong_springs_decide_nothing(drop, stiction, springs):
+    """The voltage tells the motor's constant less well then, and springs may pass for it."""
+    unit = Unit(stiction=stiction, coulomb=0.171, preload_open=springs, preload_close=springs)
+    found = diagnosed(unit, sensed=with_drop(drop)).measurements["T_st"]
+    assert found.low < stiction < found.high
+
+
 @pytest.mark.parametrize("bias", [-0.05, 0.05])
 def test_inside_the_marginal_band_nothing_is_decided(bias):
     bench = replace(Unit(), slope_open=0.05 + 0.2 * bias, preload_open=0.35 * (1.0 + 0.5 * bias))
