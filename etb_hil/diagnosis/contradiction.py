@@ -266,7 +266,7 @@ def gain_range(
         own = model.tolerance(name) / known  # the spring's own error may hide as much of the gain's
         shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)
     low, high = min(1.0, 1.0 + max(shares)), max(1.0, 1.0 + min(shares))
-    if balance is not None and is_told and balance.resistance > 0.0:
+    if balance is not None and apart == 0.0 and balance.resistance > 0.0:
         resistance = (throttle if hot is None else hot.of(throttle)).resistance
         share = model.tolerance("resistance") / resistance + _WINDING
         middle = resistance / balance.resistance
@@ -288,7 +288,8 @@ def _tells_constant(balance: VoltageBalance | None, model: Model, throttle: Thro
     """
     if balance is None:
         return False
-    return _SURE * balance.back_emf_error <= _tolerated_constant(model, throttle) * throttle.back_emf
+    tolerated = _tolerated_constant(model, throttle) * throttle.back_emf
+    return tolerated == 0.0 or _SURE * balance.back_emf_error <= tolerated
 
 
 def _tolerated_constant(model: Model, throttle: ThrottleParameters) -> float:

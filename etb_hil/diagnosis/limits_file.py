@@ -146,7 +146,10 @@ def _problems_of(document: Document[Any], key: tuple[str, ...], name: str, entry
         return [Problem("no measurement has this id", document.place(*key), name, remedy=remedy)]
     if not kind.has_interval:
         what = f"{kind.name} comes without an interval, so that no limit can be applied to it"
-        remedy = "take it out, or limit a measurement with an interval: see docs/reference/measurements.md"
+        remedy = (
+            "take it out, or limit a measurement with an interval (docs/reference/measurements.md); --limits takes the "
+            "place of a session's own"
+        )
         return [Problem(what, document.place(*key), name, remedy=remedy)]
     return list(_wrong(document, key, kind, entry))
 

@@ -56,7 +56,15 @@ def _correct(state: Float64, covariance: Float64, slope: Float64, bend: Float64,
 
 @njit(cache=True, error_model="numpy")
 def _back_over_motion(move: Float64, slope: Float64, bend: Float64, by_move: Float64, room: Float64) -> None:
-    """Carry slope and curvature back to the state before a prediction, in place."""
+    """Carry slope and curvature back to the state before a prediction, in place.
+
+    Where the state began afresh, nothing is carried, not even what is no number.
+    """
+    if not move.any():
+        for i in range(len(slope)):
+            slope[i] = 0.0
+            bend[i] = 0.0
+        return
     _around(bend, move, room)
     for i in range(len(slope)):
         by_move[i] = 0.0

@@ -13,7 +13,7 @@ import numpy as np
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.bench.results import results_of
 from etb_hil.replays.one_channel import one_channel_each
-from etb_hil.replays.one_recording import one_recording
+from etb_hil.replays.one_recording import TwoRecordingsError, one_recording
 from etb_hil.scenario.phases import LOG
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.finished import Finished
@@ -100,24 +100,28 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
 def judge_segments(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Finished]:
     """Judge a log in segments of so many ns, each as if it were a log by itself.
 
-    Those without a role are left out.
+    Those without a role, or of two recordings, are left out.
 
     How many those were stands in the notes of `frames` afterwards. Raises InputError, which carries these notes, where
     there was nothing else, and where a message comes on two channels.
     """
     judged = empty = 0
-    nothing: NothingToJudgeError | None = None
+    nothing: InputError | None = None
     for part in segments(one_channel_each(frames, job.rules.setup.dialect, job.paths[0]), length_ns):
         try:
             finished = judge(job, part)
         except NothingToJudgeError as error:
-            nothing, empty = error, empty + 1
+            nothing, empty = nothing or error, empty + 1
+            continue
+        except TwoRecordingsError as error:
+            nothing = error
+            frames.notes += [str(problem) for problem in error.problems]
             continue
         judged += 1
         yield finished
     if not judged:
         nothing = nothing or NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy=_LOOK))
-        raise NothingToJudgeError(*nothing.problems, *frames.notes)
+        raise type(nothing)(*nothing.problems, *frames.notes)
     if empty:
         said = f"{empty} of {judged + empty} segments of {length_ns * 1e-9:g} s hold no frame that has a role"
         frames.notes.append(f"{job.paths[0]}: {said}")

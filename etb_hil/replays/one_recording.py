@@ -15,19 +15,23 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.dbc.decoder import MessageStatistics
 
-# Share of a message's frames. A repeat that the cut between two blocks parts from its first frame counts, too: of a log
-# whose frames all come twice, one in some thousands.
-_MOST = 0.02
+# Share of a message's frames: of two recordings the shorter one is rarely less than a fifth. Frames that come out of
+# order or again, and a controller that starts anew, have up to 3 %.
+_MOST = 0.2
+
+
+class TwoRecordingsError(InputError):
+    """Frames of two recordings in one log."""
 
 
 def one_recording(statistics: Mapping[str, MessageStatistics], path: Path) -> None:
     """Look at what became of a log's frames.
 
-    InputError where many of a message have counters that were there before, and other contents.
+    TwoRecordingsError where many of a message have counters that were there before, and other contents.
     """
     for name, found in statistics.items():
         if found.foreign > _MOST * found.frames:
-            raise InputError(
+            raise TwoRecordingsError(
                 Problem(
                     f"frames of {name} have counters that were there before, and other contents",
                     Place(path),

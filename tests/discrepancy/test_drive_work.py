@@ -17,13 +17,15 @@ from etb_hil.recording.tables import read_table
 MODEL = load_plant(Path("docs/examples/brushless.drive.yaml"))
 
 
-def recorded(path, *, constant=1.0, sign=1.0, friction=1.0, wave=0.0):
+def recorded(path, *, constant=1.0, sign=1.0, friction=1.0, wave=0.0, load=0.0, late=0.0, moves=(20.0, 1.0)):
     """Write a record of a motor that turns to and fro, by its equation of motion."""
     v = MODEL.values
     time = np.arange(0.0, 12.0, 0.002)
-    angle, speed = 20.0 * np.sin(time), 20.0 * np.cos(time)
-    torque = -v.inertia * angle + friction * (v.viscous * speed + v.coulomb * np.tanh(speed / 0.1))
-    torque += wave * v.coulomb * np.sin(7.0 * angle)
+    far, often = moves
+    angle, speed = far * np.sin(often * time), far * often * np.cos(often * time)
+    torque = -v.inertia * often**2 * angle + friction * (v.viscous * speed + v.coulomb * np.tanh(speed / 0.1))
+    torque += (wave * np.sin(7.0 * angle) + load) * v.coulomb
+    angle = far * np.sin(often * (time - late))
     current = constant * sign * torque / v.torque_per_ampere
     rows = np.column_stack([time, current, angle])
     np.savetxt(path, rows, "%.9g", ",", header="time_s,motor_current_A,motor_angle_rad", comments="")
@@ -47,9 +49,25 @@ def test_a_current_that_cannot_have_driven_the_motion_is_refused(wrong, says, tm
     assert says in str(answer)
 
 
-@pytest.mark.parametrize("other", [{}, {"friction": 5.0}, {"friction": 0.4}, {"wave": 20.0}, {"constant": math.pi}])
+@pytest.mark.parametrize(
+    "other",
+    [
+        {},
+        {"friction": 5.0},
+        {"friction": 0.4},
+        {"wave": 20.0},
+        {"constant": math.pi},
+        {"moves": (1.0, 20.0 * math.pi), "late": 0.005},
+        {"moves": (0.1, 100.0 * math.pi)},
+        {"moves": (30.0, 0.1), "load": -3.0},
+    ],
+    ids=str,
+)
 def test_a_drive_that_the_model_has_wrong_is_not_taken_for_another_unit(other, tmp_path):
-    """Friction may be several times the stated; waves over the angle take no work at all."""
+    """Friction may be several times the stated, and waves over the angle take no work at all.
+
+    An angle that is late seems to do some, and a load that the model lacks does it.
+    """
     segments = measurements_of(recorded(tmp_path / "right.csv", **other), MODEL)
     must_do_its_work(segments, MODEL)
     assert segments

@@ -32,8 +32,8 @@ class MessageStatistics:
     `frames` were accepted; `too_short`, `crc_failures` and `repeated` (an alive or sample counter that did not move)
     were refused; `stuck` counts runs of three and more repeats; `counter_jumps` how often the alive counter skipped;
     `lost` the frames that the counters say are missing; `unknown` the gaps in which nothing can count them;
-    `backwards` the stamps that fell, of messages without a sample counter; `foreign` the repeats of a sample
-    counter with another content than the frames that were accepted about then: of another unit, or not in their order.
+    `backwards` the stamps that fell, of messages without a sample counter; `foreign` those of samples that
+    were there before, and had another content: of another unit, of another recording, or not in their order.
     """
 
     frames: int
@@ -73,6 +73,7 @@ class Decoder(Rewindable):
         self._state = np.zeros((count, 10), np.int64)
         self._state[:, rx.KNOWN_INTERVAL] = self._table[:, rx.INTERVAL]
         self._counts = np.zeros((count, 10), np.int64)
+        self._newest = np.empty(0, np.int64), np.empty((0, 8), np.uint8)  # of the last push: see `_count_foreign`
         bits = [m.counter.bits for m in dialect.messages if m.counter is not None]
         self._clock = np.array([0, 0, 0, 0, 1 << min(bits, default=0)], np.int64)
 
@@ -91,6 +92,7 @@ class Decoder(Rewindable):
         )  # fmt: skip
         if (accepted[0] <= rx.AGAIN).any():
             self._count_foreign(accepted[0], data)
+        self._newest = accepted[0], data
         blocks = self._store.add(frames, data, accepted)
         if self.requested is None:
             return blocks
@@ -100,12 +102,21 @@ class Decoder(Rewindable):
         return blocks + readings
 
     def _count_foreign(self, rows: Int64, data: NDArray[np.uint8]) -> None:
-        """Count the repeats that repeat no accepted frame; `rows` (n): see `receive`."""
-        accepted = {(row, content.tobytes()) for row, content in zip(rows.tolist(), data, strict=True) if row >= 0}
+        """Count the repeats that repeat no accepted frame; `rows` (n): see `receive`.
+
+        A frame that comes twice may come a little later: accepted frames are those of the push before, too.
+        """
+        accepted = {
+            (row, content.tobytes())
+            for its_rows, its_data in (self._newest, (rows, data))
+            for row, content in zip(its_rows.tolist(), its_data, strict=True)
+            if row >= 0
+        }
         for n in np.flatnonzero(rows <= rx.AGAIN):
             row = rx.AGAIN - int(rows[n])
-            is_measured = self._table[row, rx.COUNTER_BITS] and not self._table[row, rx.COMMANDED]
-            self._counts[row, rx.FOREIGN] += bool(is_measured) and (row, data[n].tobytes()) not in accepted
+            self._counts[row, rx.FOREIGN] += (
+                not self._table[row, rx.COMMANDED] and (row, data[n].tobytes()) not in accepted
+            )
 
     def gathered(self) -> list[SampleBlock]:
         """Return the samples that were pushed since the last call, in few blocks."""

@@ -41,7 +41,7 @@ FRAMES, TOO_SHORT, CRC_FAILURES, REPEATED, STUCK, JUMPS, LOST, UNKNOWN, BACKWARD
 # The sample clock that all messages share.
 RUNNING, CLOCK_PLACE, CLOCK_STAMP, EPOCH, NARROWEST = range(5)
 
-AGAIN = -2  # refused as a repeat: this less the message's row stands for the message
+AGAIN = -2  # of samples that were there before: this less the message's row stands for it
 STUCK_AFTER = 3  # so many repeats in a row are no longer a doubled frame
 
 _NO_DATA = int(FrameFlag.REMOTE | FrameFlag.ERROR)
@@ -73,7 +73,7 @@ def receive(
     """Fill `out` (3, n) with the acceptance of each frame.
 
     The three are the message's row in `table`, the time of the first sample, and the frames lost before. Of a refused
-    frame the first is -1; of a repeat see `AGAIN`.
+    frame the first is -1, or says of which message it repeats samples (`AGAIN`).
     """
     count, width = data.shape
     payloads, places, ids = data.reshape(count * width), counter_places.ravel(), data_ids.ravel()
@@ -184,7 +184,8 @@ def _settle(
         _count(step, lost, k, counts)
         out[1, n], out[2, n] = time, lost
     else:
-        out[0, n] = AGAIN - k
+        is_behind = table[k, COUNTER_BITS] and (time < 0 or (time == 0 and step == 0))
+        out[0, n] = AGAIN - k if is_behind else -1
         counts[k, REPEATED] += 1
         state[k, REPEATS] += 1
         counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
@@ -206,7 +207,7 @@ def _by_counter(
 ) -> tuple[bool, np.int64, np.int64]:
     """Return whether a frame with a sample counter is new, and its time.
 
-    The frames lost before it are returned, too.
+    The frames lost before it are returned, too. Of a frame that is not new, by how many ticks it moved on is returned.
     """
     if not clock[RUNNING]:
         clock[RUNNING], clock[EPOCH] = 1, stamp - counter * table[k, TICK]
@@ -216,11 +217,11 @@ def _by_counter(
     lost = _NOTHING
     if state[k, SEEN]:
         if moved <= 0:
-            return False, _NOTHING, _NOTHING
+            return False, moved, _NOTHING
         lost = _lost(moved, step, k, table, state)
         if step == 0 and lost <= 0:
             state[k, PLACE] = place
-            return False, _NOTHING, _NOTHING  # new samples under an old alive counter: it is stuck
+            return False, moved, _NOTHING  # new samples under an old alive counter: it is stuck
         _learn_interval(moved, step, k, state)
     state[k, PLACE] = place
     clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp

@@ -249,7 +249,9 @@ def _unexplained(findings: Findings) -> Unexplained:
     ]
     final = findings.final
     own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
-    wrong = beyond_tolerances(final.jacobian, final.fit, final.unknowns)
+    wrong = beyond_tolerances(
+        final.jacobian, final.fit, final.unknowns, is_electrical=all(b.has[1] for b in findings.balances)
+    )
     terms = sorted([*own, wrong], key=lambda one: -one.explained_share)
     return Unexplained(tuple(where), tuple(terms[:3]))
 
@@ -282,7 +284,10 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
 
 
 def _stated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, CalibratedParameter]:
-    """Return the fitted numbers of effects that the model file states; it states no tolerance of them."""
+    """Return the fitted numbers of effects that the model file states.
+
+    It states no tolerance of them.
+    """
     by_place, whole = {one.place: one for one in numbers}, findings.model.vector()
     named = [step.winner.candidate.effect for step in findings.accepted]
     found = {}

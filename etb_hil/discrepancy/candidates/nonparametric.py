@@ -23,17 +23,24 @@ _ON_EDGE = 1e-3  # tolerances
 _DRIVES = (TORQUE_PER_AMPERE, RESISTANCE)
 
 
-def beyond_tolerances(jacobian: Float64, fit: Fit, unknowns: Sequence[Unknown]) -> NonparametricTerm:
+def beyond_tolerances(
+    jacobian: Float64, fit: Fit, unknowns: Sequence[Unknown], *, is_electrical: bool
+) -> NonparametricTerm:
     """Return what parameters on their tolerances would explain beyond them.
 
-    What turns the drive into torque stays: with it all terms together could shrink to nothing, whatever is wrong.
+    Without an electrical balance (`is_electrical`), what turns the drive into torque stays: with it all terms together
+    could shrink to nothing, whatever is wrong.
     """
     x = np.array([u.x_of(fit.whole) for u in unknowns])
     low, high = _within_box(fit, unknowns)
     normal, right = jacobian.T @ jacobian + _RIDGE * np.eye(len(x)), -jacobian.T @ fit.residual
     inside = _gain(normal, right, low, high)
     for k, unknown in enumerate(unknowns):
-        if unknown.is_toleranced and unknown.place not in _DRIVES and (low[k] > -_ON_EDGE or high[k] < _ON_EDGE):
+        if (
+            unknown.is_toleranced
+            and (is_electrical or unknown.place not in _DRIVES)
+            and (low[k] > -_ON_EDGE or high[k] < _ON_EDGE)
+        ):
             free = unknown.free()
             low[k], high[k] = free.low - x[k], free.high - x[k]
     share = (_gain(normal, right, low, high) - inside) / max(fit.cost, 1e-12)
