@@ -215,7 +215,7 @@ def remarks(
             words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g})")
     apart = 0.0 if _tells_constant(balance, model, throttle) else _motor_and_springs(fit, model, throttle)
     if apart != 0.0:
-        unknown = "a voltage would tell" if balance is None else "the voltage leaves the motor's constant open"
+        unknown = "a voltage would tell" if balance is None else "the voltage does not tell the motor's constant"
         words.append(
             f"both springs are {apart:+.1%} off what the current says of the motor's torque: the gain of the current, "
             f"the motor's constant, or both springs ({unknown})"

@@ -1,11 +1,9 @@
-"""Copies of a filter's parameters, to go back to after a fault; compiled.
-
-Element by element: numba compiles a hundred functions for an assignment of a part of an array to another one.
-"""
+"""Copies of a filter's parameters, to go back to after a fault; compiled."""
 
 from __future__ import annotations
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.copying import copy_into, copy_matrix
 from etb_hil.estimation.motion import ADAPTED, LEVEL, MOVING, STATES
 from etb_hil.plant.physics import COULOMB, STICTION, Vector
 from etb_hil.recording.samples import Float64
@@ -23,15 +21,12 @@ def keep(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
     `n`: number of states, `kept`: of the shape `KEPT`.
     """
     copy, older = kept[_NEWER], kept[_OLDER]
-    for i in range(1 + STATES):
-        for j in range(STATES):
-            older[i, j] = copy[i, j]
+    copy_matrix(older, copy)
     copy[0, _AT_COULOMB], copy[0, _AT_STICTION] = p[COULOMB], p[STICTION]
     for k in range(MOVING, n):
         copy[0, k] = p[ADAPTED[k - MOVING]]
     for i in range(LEVEL, STATES):
-        for j in range(LEVEL, STATES):
-            copy[1 + i, j] = cov[i, j]
+        copy_into(copy[1 + i], LEVEL, cov[i, LEVEL:STATES])
 
 
 @njit(cache=True, error_model="numpy")
@@ -54,5 +49,4 @@ def restore(cov: Float64, p: Vector, n: int, kept: Float64) -> None:
     for i in range(LEVEL, STATES):
         for j in range(LEVEL):
             cov[i, j] = cov[j, i] = 0.0
-        for j in range(LEVEL, STATES):
-            cov[i, j] = copy[1 + i, j]
+        copy_into(cov[i], LEVEL, copy[1 + i, LEVEL:STATES])

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.dbc.decoder import MessageStatistics
 
-# Share of a message's frames: of two recordings the shorter one is rarely less than a fifth. Frames that come out of
-# order or again, and a controller that starts anew, have up to 3 %.
+# Share of a message's frames, chosen between what one recording may have (frames out of order, a controller that starts
+# anew: some percent) and what two of the same length have (100 %).
 _MOST = 0.2
 
 

@@ -32,8 +32,8 @@ class MessageStatistics:
     `frames` were accepted; `too_short`, `crc_failures` and `repeated` (an alive or sample counter that did not move)
     were refused; `stuck` counts runs of three and more repeats; `counter_jumps` how often the alive counter skipped;
     `lost` the frames that the counters say are missing; `unknown` the gaps in which nothing can count them;
-    `backwards` the stamps that fell, of messages without a sample counter; `foreign` those of samples that
-    were there before, and had another content: of another unit, of another recording, or not in their order.
+    `backwards` the stamps that fell, of messages without a sample counter; `foreign` the repeats of earlier
+    sample counters with another content: of another unit, of another recording, or out of order.
     """
 
     frames: int

@@ -41,7 +41,7 @@ FRAMES, TOO_SHORT, CRC_FAILURES, REPEATED, STUCK, JUMPS, LOST, UNKNOWN, BACKWARD
 # The sample clock that all messages share.
 RUNNING, CLOCK_PLACE, CLOCK_STAMP, EPOCH, NARROWEST = range(5)
 
-AGAIN = -2  # of samples that were there before: this less the message's row stands for it
+AGAIN = -2  # a frame with samples of an earlier place has `AGAIN - k`, k the message's row
 STUCK_AFTER = 3  # so many repeats in a row are no longer a doubled frame
 
 _NO_DATA = int(FrameFlag.REMOTE | FrameFlag.ERROR)

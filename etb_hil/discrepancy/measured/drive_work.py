@@ -14,7 +14,7 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.plant.drive_effects import gravity
 from etb_hil.plant.parameters import Model
 
-_BLOCK = 0.02  # s: over it an encoder's noise is no way that friction brakes
+_BLOCK = 0.02  # s: positions are averaged over it, or an encoder's noise would count as a way against friction
 _HALFWAY = 30.0  # times: the geometric mean of 1 and 1,000, what an A and an mA differ by
 _BACKWARDS = 1.0 / 3.0  # of what friction takes: the model's may be off
 _LATE = 0.02  # s by which filters and buses make a reading late: its work is that of another instant
