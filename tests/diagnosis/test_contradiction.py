@@ -336,13 +336,22 @@ def test_a_spring_is_off_where_its_error_does_not_explain_it(beyond, is_said):
 VAGUE = replace(BALANCE, back_emf_error=0.01 * 0.36)  # brushes that take a part of the voltage away
 
 
-@pytest.mark.parametrize("balance", [None, VAGUE], ids=["no voltage", "a vague one"])
-def test_where_no_voltage_tells_the_constant_all_of_it_may_be_the_motors_or_the_springs(balance):
+@pytest.mark.parametrize(
+    ("balance", "said"),
+    [(None, "a voltage would tell"), (VAGUE, "the voltage does not tell the motor's constant")],
+    ids=["no voltage", "a vague one"],
+)
+def test_where_no_voltage_tells_the_constant_all_of_it_may_be_the_motors_or_the_springs(balance, said):
     """The springs alone are inside of their tolerances; the fit took most of it for the motor's constant."""
     for sign, expected in ((1.0, (0.9 * 0.97, 1.05)), (-1.0, (0.95, 1.1 * 1.03))):
         fit = springs(sign * 0.02, constant=-sign * 0.1)
         assert gain_range(fit, balance, MODEL, UNIT) == pytest.approx(expected)
-        assert says_springs(fit, balance)
+        assert f"or both springs ({said})" in remarks(fit, balance, MODEL, UNIT)[0].text
+
+
+def test_a_voltage_that_does_not_tell_the_constant_bounds_no_gain_by_its_resistance():
+    another = replace(VAGUE, resistance=1.5 / 0.8)
+    assert gain_range(springs(0.2), another, MODEL, UNIT) == pytest.approx((0.97, 1.23))
 
 
 def test_springs_may_have_pulled_the_constant_off_what_the_voltage_tells():
