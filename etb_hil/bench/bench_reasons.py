@@ -76,7 +76,8 @@ BENCH_REASONS = {
     ),
     "safe_state_not_verified": Wording(
         "The bench could not see that the drive is off.",
-        "Switch the supply off before you touch the unit. Then check the CAN plug and repeat.",
+        "Switch the supply off before you touch the unit. Then check the CAN plug and the current sensor's zero, and "
+        "repeat.",
     ),
     "golden_unit_wrong": Wording(
         "The golden unit did not come out as expected: this bench may judge no unit.",

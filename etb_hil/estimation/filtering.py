@@ -94,14 +94,6 @@ class Filtered:
 
 
 @dataclass(frozen=True, slots=True)
-class Smoothed:
-    """Smoothed states (n, `SIZE`) and covariances (n, `SIZE`, `SIZE`)."""
-
-    states: Float64
-    covariances: Float64
-
-
-@dataclass(frozen=True, slots=True)
 class Column:
     """What sensitivities are asked of.
 
@@ -146,15 +138,12 @@ def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, i
     return found
 
 
-def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Smoothed:
-    """Return the states of a record, smoothed by all of its readings.
-
-    Earlier and later readings count.
-    """
+def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Float64:
+    """Return the states (n, `SIZE`) of a record by all of its readings."""
     found, covariances = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
     states = found.states.copy()
     smooth(states, covariances, found.moves, found.slopes, found.gains, found.whitened, found.roots)
-    return Smoothed(states, covariances)
+    return states
 
 
 def _run(

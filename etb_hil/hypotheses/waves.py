@@ -49,7 +49,7 @@ def strongest(record: Record, before: Fitted, most: int, low: float, high: float
     double of the first. What the motion does not tell from a whole number is one: slots and poles are.
     """
     p = before.parameters
-    states = smoothed(record, p, before.disturbance).states
+    states = smoothed(record, p, before.disturbance)
     moves = np.abs(states[:, OMEGA]) > before.filtered.rests
     angle = p[GEAR_RATIO] * states[moves, THETA]
     lacks = states[moves, TORQUE] + p[TORQUE_PER_AMPERE] / p[RESISTANCE] * states[moves, VOLTAGE]

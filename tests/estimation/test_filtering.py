@@ -293,14 +293,12 @@ def test_readings_may_be_missing(healthy):
         assert np.all(found.roots[:, missing] == 0.0)
 
 
-def test_the_smoother_is_nearer_to_the_truth_and_knows_how_near(healthy):
+def test_the_smoother_is_nearer_to_the_truth(healthy):
     made, model, truth = healthy
-    once, twice = filtered(made, model.vector(), SMALL), smoothed(made, model.vector(), SMALL)
-    error = twice.states[200:-200, OMEGA] - truth[200:-200, 1]
-    assert np.std(error) < np.std(once.states[200:-200, OMEGA] - truth[200:-200, 1])
-    within = np.abs(error) < 2.0 * np.sqrt(twice.covariances[200:-200, OMEGA, OMEGA])
-    assert np.mean(within) > 0.9
-    assert np.all(np.isfinite(twice.states[:, CURRENT]))
+    once, twice = filtered(made, model.vector(), SMALL).states, smoothed(made, model.vector(), SMALL)
+    errors = [np.std(states[200:-200, OMEGA] - truth[200:-200, 1]) for states in (once, twice)]
+    assert errors[1] < 0.7 * errors[0]
+    assert np.all(np.isfinite(twice[:, CURRENT]))
 
 
 def test_a_state_that_begins_afresh_tells_the_smoother_nothing_of_those_before(healthy):
@@ -311,8 +309,8 @@ def test_a_state_that_begins_afresh_tells_the_smoother_nothing_of_those_before(h
     wrong[at : at + 40, 1:] += 0.3
     found = smoothed(replace(made, readings=wrong), model.vector(), SMALL)
     for right in (slice(200, at), slice(at + 100, -200)):
-        assert np.max(np.abs(found.states[right, THETA] - truth[right, 0])) < 1e-4
-        assert np.std(found.states[right, OMEGA] - truth[right, 1]) < 0.01
+        assert np.max(np.abs(found[right, THETA] - truth[right, 0])) < 1e-4
+        assert np.std(found[right, OMEGA] - truth[right, 1]) < 0.01
 
 
 def test_the_smoother_stays_with_the_truth_where_nothing_is_read(healthy):
@@ -323,7 +321,7 @@ def test_the_smoother_stays_with_the_truth_where_nothing_is_read(healthy):
     unread[at] = np.nan
     for disturbance in (SMALL, Disturbance(0.1, 10.0)):
         found = smoothed(replace(made, readings=unread), model.vector(), disturbance)
-        off = np.abs(found.states[:, THETA] - truth[:, 0])
+        off = np.abs(found[:, THETA] - truth[:, 0])
         assert off[at].max() < 0.01 * np.ptp(truth[at, 0])
         assert max(off[200 : at.start].max(), off[at.stop + 10 : -200].max()) < 1e-4
 

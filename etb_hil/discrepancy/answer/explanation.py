@@ -270,16 +270,8 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         flags += estimate.flags
         if findings.accepted and moved > MOVED:
             flags.append("changes when the causes come in")
-        found[name] = CalibratedParameter(
-            unit=value_unit(name, is_linear=findings.is_linear),
-            nominal=nominal,
-            value=estimate.value,
-            interval=(estimate.low, estimate.high),
-            in_model=float(in_model[estimate.place]),
-            tolerance=half,
-            flags=tuple(flags),
-            without_causes=first if findings.accepted else None,
-        )
+        unit = value_unit(name, is_linear=findings.is_linear)
+        found[name] = _number(findings, estimate, in_model, (nominal, half), unit, flags)
     return {**found, **_stated(findings, numbers, in_model)}
 
 
@@ -299,17 +291,27 @@ def _stated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -
                 continue
             estimate, nominal = by_place[place], float(whole[place])
             flags = [] if estimate.low <= nominal <= estimate.high else ["not what the model file states"]
-            found[f"{effect.id}.{parameter.name}"] = CalibratedParameter(
-                unit=unit_for(parameter, is_linear=findings.is_linear),
-                nominal=nominal,
-                value=estimate.value,
-                interval=(estimate.low, estimate.high),
-                in_model=float(in_model[place]),
-                tolerance=0.0,
-                flags=(*flags, *estimate.flags),
-                without_causes=float(findings.calibration.fit.whole[place]) if findings.accepted else None,
+            unit = unit_for(parameter, is_linear=findings.is_linear)
+            found[f"{effect.id}.{parameter.name}"] = _number(
+                findings, estimate, in_model, (nominal, 0.0), unit, [*flags, *estimate.flags]
             )
     return found
+
+
+def _number(
+    findings: Findings, estimate: Estimate, in_model: Vector, stated: tuple[float, float], unit: str, flags: list[str]
+) -> CalibratedParameter:
+    """Return a fitted number beside what is `stated` of it: value and tolerance."""
+    return CalibratedParameter(
+        unit=unit,
+        nominal=stated[0],
+        value=estimate.value,
+        interval=(estimate.low, estimate.high),
+        in_model=float(in_model[estimate.place]),
+        tolerance=stated[1],
+        flags=tuple(flags),
+        without_causes=float(findings.calibration.fit.whole[estimate.place]) if findings.accepted else None,
+    )
 
 
 def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, Nuisance]:
