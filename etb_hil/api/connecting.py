@@ -9,7 +9,6 @@ import contextlib
 import itertools
 import json
 import subprocess
-import sys
 import threading
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from etb_hil.api.arguments import checked
 from etb_hil.base.errors import BenchFault, InputError, Problem
+from etb_hil.base.own_process import command_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -64,8 +64,9 @@ class ConnectedBench:
             "unit": files.unit,
             "dbc": files.dbc,
         }
-        self._process = subprocess.Popen(  # its own session: Ctrl-C is for this program, which ends the block
-            [sys.executable, "-m", "etb_hil.bench.guided_process"],
+        # Its own session: Ctrl-C is for this program, which ends the block.
+        self._process = subprocess.Popen(  # noqa: S603 (our own program)
+            command_of("etb_hil.bench.guided_process"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -2,7 +2,7 @@
 
 Other libraries import them wherever they are installed.
 
-A process of ours hides them from those who would import them; who needs one imports it then. A library that uses this
+A process of ours hides them from those libraries alone; who needs one imports it then. A library that uses this
 package hides nothing.
 
 - python-can imports asammdf, and with it pandas: half a second.
@@ -15,12 +15,13 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.abc import MetaPathFinder
 from types import ModuleType
 
 _HIDDEN = "asammdf"
-_USER = "can.io.mf4"
+_USER, _LAST_OF_USER = "can.io.mf4", "MF4Reader"
 _TESTER = "cantools.tester"
 _ALGEBRA = "scipy.linalg"
 _ALGEBRA_USER = "numba.np.arraymath"
@@ -34,12 +35,21 @@ def keep_imports_lean() -> None:
     global _is_lean  # noqa: PLW0603 (a property of the process)
     _is_lean = True
     if _USER not in sys.modules:
-        sys.modules.setdefault(_HIDDEN, None)  # type: ignore[arg-type] # Python's own way to forbid an import
+        sys.meta_path.insert(0, _Hiding())
     if "cantools" not in sys.modules:
         sys.modules[_TESTER] = _Tester(_TESTER)
 
 
 _is_lean = False
+
+
+class _Hiding(MetaPathFinder):
+    """Hides asammdf from python-can while that loads, and from nobody else."""
+
+    def find_spec(self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None) -> None:
+        user = sys.modules.get(_USER) if fullname == _HIDDEN else None
+        if user is not None and not hasattr(user, _LAST_OF_USER):
+            raise ModuleNotFoundError(f"{_HIDDEN} is imported where it is needed", name=_HIDDEN)
 
 
 class _Tester(ModuleType):
@@ -54,11 +64,12 @@ class _Tester(ModuleType):
 
 
 def bring_asammdf_back() -> None:
-    """Undo what `keep_imports_lean` does to asammdf, also in python-can."""
-    if _HIDDEN in sys.modules and sys.modules[_HIDDEN] is None:
-        del sys.modules[_HIDDEN]
-        if _USER in sys.modules:
-            importlib.reload(sys.modules[_USER])
+    """Undo what `keep_imports_lean` does to asammdf in python-can."""
+    hiding = [finder for finder in sys.meta_path if isinstance(finder, _Hiding)]
+    for finder in hiding:
+        sys.meta_path.remove(finder)
+    if hiding and _USER in sys.modules:
+        importlib.reload(sys.modules[_USER])
 
 
 @contextmanager

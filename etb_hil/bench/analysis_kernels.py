@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.base.collector import collect_rarely
-from etb_hil.base.lean_imports import keep_imports_lean
 from etb_hil.base.stock import stock_file
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.dbc.writer import SAMPLE_COUNTER, MessageWriter
@@ -101,6 +99,4 @@ def _frames(dialect: Dialect, columns: dict[str, Float64]) -> FrameBlock:
 
 
 if __name__ == "__main__":
-    collect_rarely()  # a sixth of the time of compiling
-    keep_imports_lean()
     compile_analysis()

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import logging
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from etb_hil.base.own_process import command_of
 from etb_hil.base.side_by_side import cores
 from etb_hil.cli.compiling import COMPILED
 from etb_hil.cli.progress_line import ProgressLine, progress_line
@@ -60,6 +60,6 @@ class _Sharing(logging.Handler):
 
 
 def _second_process() -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-P", "-m", "etb_hil.bench.analysis_kernels"]
+    command = command_of("etb_hil.bench.analysis_kernels")
     nowhere = subprocess.DEVNULL
     return subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere)  # noqa: S603 (our own program)

@@ -16,9 +16,8 @@ from types import FrameType
 from typing import NoReturn
 
 from etb_hil import __version__
-from etb_hil.base.collector import collect_rarely
-from etb_hil.base.lean_imports import keep_imports_lean
 from etb_hil.base.output import Output, use_safe_streams
+from etb_hil.base.own_process import begin_own_process
 from etb_hil.cli.compiling import announce_compiling
 from etb_hil.cli.completion import ASKED, complete, words_so_far
 from etb_hil.cli.parser import Parser
@@ -62,12 +61,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _process() -> int:
     """Run the command of this process, whose streams, warnings and signals are ours."""
-    # Before NumPy is loaded: its BLAS starts a thread a core, which spin between small products beside our own threads.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    collect_rarely()
+    begin_own_process()
     _open_standard_streams()
     use_safe_streams()
-    keep_imports_lean()
     announce_compiling()
     warnings.showwarning = _caution  # type: ignore[assignment]
     for name in ("SIGTERM", "SIGHUP"):  # a closed terminal and a service manager end a command as Ctrl-C does

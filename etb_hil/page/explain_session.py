@@ -1,6 +1,6 @@
 """Explain a session for the page, in a process of its own.
 
-`python -m etb_hil.page.explain_session SESSION` starts it.
+Its argument is the session.
 
 It prints what it does, a JSON text a line, and leaves the answer in the session's folder `explanation`.
 """

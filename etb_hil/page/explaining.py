@@ -6,10 +6,11 @@ import asyncio
 import contextlib
 import json
 import signal
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+
+from etb_hil.base.own_process import command_of
 
 LONGEST_SAID = 400  # characters
 LAST_OF_ALL = ("nice", "-n", "19")  # minutes of computing beside the bench
@@ -70,9 +71,12 @@ class Explaining:
         """Run the explanation, and return how it ended."""
         pipe, quiet = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
         self._process = process = await asyncio.create_subprocess_exec(
-            *LAST_OF_ALL, sys.executable, "-P", "-m", "etb_hil.page.explain_session", str(session),
-            stdin=quiet, stdout=pipe, stderr=quiet,
-        )  # fmt: skip
+            *LAST_OF_ALL,
+            *command_of("etb_hil.page.explain_session", str(session)),
+            stdin=quiet,
+            stdout=pipe,
+            stderr=quiet,
+        )
         if self._is_ended:
             process.send_signal(signal.SIGTERM)
         assert process.stdout is not None  # noqa: S101 (it is piped)

@@ -15,6 +15,7 @@ from typing import Any
 import uvicorn
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.own_process import command_of
 from etb_hil.page.app import Page
 from etb_hil.page.channel import Channel
 from etb_hil.page.guard import known_names
@@ -92,7 +93,7 @@ def serve(settings: Settings) -> None:
 
 
 def _survey(settings: Settings) -> dict[str, Any]:
-    command = [sys.executable, "-P", "-m", "etb_hil.page.survey", "--sessions", str(settings.sessions)]
+    command = command_of("etb_hil.page.survey", "--sessions", str(settings.sessions))
     command += ["--bench", settings.bench] if settings.bench else []
     command += ["--station", str(settings.station)] if settings.station else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 (our own program)

@@ -1,6 +1,6 @@
 """Survey of a bench that a page shows before a run.
 
-`python -m etb_hil.page.survey` is a process that ends with its answer.
+It is a process of its own that ends with its answer.
 
 It loads what reads bench and station files, which the page's own process can do without.
 """

@@ -5,11 +5,8 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import multiprocessing
-import os
 import re
-import signal
 import socket
-import threading
 import warnings
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -20,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.replays.many_logs import failed, judge_task
 from etb_hil.replays.outcome import CRASHED
+from etb_hil.replays.worker_process import begin_worker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
-    from multiprocessing.connection import Connection
 
     from etb_hil.replays.many_logs import Task
     from etb_hil.replays.outcome import Outcome
@@ -101,7 +98,7 @@ def _pool(processes: int) -> Iterator[tuple[ProcessPoolExecutor, ctypes.c_bool]]
     context = multiprocessing.get_context("spawn")
     theirs, ours = context.Pipe(duplex=False)  # of which nothing is ever said but its end
     has_begun = context.RawValue(ctypes.c_bool, False)  # without a lock, which a killed process would keep
-    with theirs, ours, ProcessPoolExecutor(processes, context, _begin, (theirs, has_begun)) as pool:
+    with theirs, ours, ProcessPoolExecutor(processes, context, begin_worker, (theirs, has_begun)) as pool:
         try:
             yield pool, has_begun
         except BaseException:
@@ -113,25 +110,6 @@ def _require_begun(has_begun: ctypes.c_bool) -> None:
     """Raise InputError where no process of a pool came as far as its first task."""
     if not has_begun.value:
         raise InputError(_NO_START)
-
-
-def _begin(pipe: Connection, has_begun: ctypes.c_bool) -> None:
-    has_begun.value = True
-    _end_with(pipe)
-
-
-def _end_with(pipe: Connection) -> None:
-    """End this process when the other end of a pipe is closed.
-
-    A killed process closes its ends, too.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that hands out the work
-
-    def wait() -> None:
-        pipe.poll(None)
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
 
 
 class DaskWorkers:

@@ -73,3 +73,21 @@ print(numba.njit(lambda a: np.dot(a, a))(np.array([3.0, 4.0])), "scipy.linalg" i
 def test_linear_algebra_of_scipy_is_imported_only_where_a_kernel_calls_it():
     done = subprocess.run([sys.executable, "-c", KERNEL_OF_A_PLUGIN], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("25.0 True\n", "")
+
+
+READER_OF_A_PLUGIN = """
+import sys
+from etb_hil.base.lean_imports import keep_imports_lean
+keep_imports_lean()
+import can
+assert "asammdf" not in sys.modules
+import asammdf
+print(asammdf.MDF.__name__)
+"""
+
+
+def test_a_plugin_imports_asammdf_as_ever():
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", READER_OF_A_PLUGIN], capture_output=True, text=True, check=False
+    )
+    assert (done.stdout, done.stderr) == ("MDF\n", "")
