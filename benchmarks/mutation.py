@@ -4,7 +4,7 @@
     python benchmarks/mutation.py bench/safe_state -v         # one module, every mutant named
     python benchmarks/mutation.py --sample 60                 # 60 mutants of each module
     python benchmarks/mutation.py --sample 60 --seed 7        # 60 others
-    python benchmarks/mutation.py --changed HEAD~1 --minutes 3  # what a change touches: its lines first
+    python benchmarks/mutation.py --changed HEAD~1 --minutes 3  # the lines that a change touches
 
 Each mutant runs in a process of its own, forked from one that has loaded all modules but those that import it. Only
 tests that run its line are asked, fastest first. A mutant in compiled code runs uncompiled, with every kernel as plain
@@ -68,14 +68,15 @@ def changed_lines(tree, reference):
     return found
 
 
-def tried(tree, module, first_lines, options, until):
-    """Yield each mutant of a module that was tried, with its key, and what became of it."""
+def tried(tree, module, lines, options, until):
+    """Yield each mutant of a module that was tried, of all its `lines` or some, with its key and what became of it."""
     path = source_of(tree, module)
     source = path.read_text("utf-8").splitlines()
     syntax = ast.parse("\n".join(source))
     mutants = with_keys(module, source, mutants_of(syntax))
     random.Random(options.seed).shuffle(mutants)  # noqa: S311 (no secret)
-    mutants.sort(key=lambda mutant: mutant[0].line not in first_lines)
+    if lines is not None:
+        mutants = [one for one in mutants if one[0].line in lines]
     watches = {}
     for mutant, key in mutants[: options.sample]:
         if time.monotonic() > until:
@@ -99,7 +100,7 @@ def main():
     parser.add_argument("modules", nargs="*", help="such as bench/safe_state; all where none is named")
     parser.add_argument("--sample", type=int, help="mutants of each module, at random")
     parser.add_argument("--seed", type=int, default=1, help="which ones")
-    parser.add_argument("--changed", metavar="COMMIT", help="only modules that differ from it, their new lines first")
+    parser.add_argument("--changed", metavar="COMMIT", help="only lines that differ from it")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="start no mutant after so long")
     parser.add_argument("--tree", type=Path, default=HERE.parent, help="another checkout: its code, its tests")
     parser.add_argument("-v", action="store_true", help="name every mutant")
@@ -117,7 +118,7 @@ def main():
     print(f"{'module':28}{'mutants':>8}{'killed':>8}{'known':>7}{'other':>7}{'score':>8}")
     for module in modules:
         counts[module] = count = Counter()
-        for mutant, key, is_killed in tried(tree, module, lines.get(module, set()), options, until):
+        for mutant, key, is_killed in tried(tree, module, lines.get(module), options, until):
             kind = "killed" if is_killed else "known" if key in known else "SURVIVED"
             count[kind] += 1
             if options.v or kind == "SURVIVED":

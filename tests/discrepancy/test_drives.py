@@ -16,7 +16,7 @@ from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 
-@pytest.mark.parametrize("motion", ["linear", "rotary"])
+@pytest.mark.parametrize("motion", ["linear", pytest.param("rotary", marks=pytest.mark.study)])
 def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
     findings = searched(draw_axis(222100, motion))
     assert findings.verdict == "adequate"

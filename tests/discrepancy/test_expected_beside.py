@@ -33,7 +33,7 @@ def outlooks(true, plan, group):
     return [None if one is None else {id_ for id_ in group if id_ in one.ids} for one in (expected, explained)]
 
 
-@pytest.mark.parametrize("plan", ["friction_check", "paper_sinusoid"])
+@pytest.mark.parametrize("plan", [pytest.param("friction_check", marks=pytest.mark.study), "paper_sinusoid"])
 @pytest.mark.parametrize(
     ("true", "group"),
     [

@@ -112,6 +112,7 @@ def test_a_hand_measures_what_is_open_and_is_promised_to_settle_it(open_class):
     assert (hand.left, hand.plan) == ((), None)
 
 
+@pytest.mark.study
 def test_what_no_instrument_measures_is_left(open_class):
     open_ = replace(open_class.accepted[0], ambiguity_group=["iron_loss"])
     assert plan_bench_measurements(open_class, open_, None, ["iron_loss"], lambda *_: None) is None

@@ -64,6 +64,7 @@ def test_the_beginning_is_judged_where_it_speaks_against_nobody(whole):
     assert (before.after_first_slide().is_stuck & ~before.is_stuck).any()
 
 
+@pytest.mark.study
 def test_a_cause_that_the_beginning_shows_too_is_looked_for_in_all_samples():
     """A break-away that grows with rest shows in the first slide and in the later ones."""
     p = MODEL.vector()

@@ -56,7 +56,9 @@ def test_of_each_channel_delay_and_lag_are_found(id_, delay, lag):
     assert found_delay + found_lag == pytest.approx(delay + lag, abs=0.1e-3)
 
 
-@pytest.mark.parametrize(("id_", "unread"), [("motor_angle_delay", 2), ("plate_angle_delay", 1)])
+@pytest.mark.parametrize(
+    ("id_", "unread"), [pytest.param("motor_angle_delay", 2, marks=pytest.mark.study), ("plate_angle_delay", 1)]
+)
 def test_where_one_angle_was_read_it_is_that_one_or_all(id_, unread):
     p = MODEL.vector()
     p[CATALOGUE[id_].indices[0]] = 3.3e-3
