@@ -75,6 +75,8 @@ class Unit:
     weight: float = 0.0  # N·m of a centre of mass beside the shaft, which closes the plate
     weight_angle: float = 0.0  # rad: its torque is weight sin(angle + weight_angle)
     play: float = 0.0  # rad between motor and plate, which is a mass of its own then
+    sticks: float = 0.0  # N·m by which friction rises further below `sticks_below`
+    sticks_below: float = 0.1  # rad/s
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -150,7 +152,7 @@ def _bumped(away, b, bw, every):
 
 
 @njit(cache=True)
-def _derivative(y, u, mode, p, out):
+def _derivative(y, u, mode, p, out):  # noqa: C901 (what a unit may have is one condition each)
     """Fill out with d/dt of the states; return the friction torque.
 
     They are angle, velocity, bristle, current, 3 slip elements, age, and the plate's own angle and velocity.
@@ -158,7 +160,7 @@ def _derivative(y, u, mode, p, out):
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
         ba, bw, b, every, exponent, rise, by_direction, way, _, _, law, dwell, onset, renewal, weight, weight_angle,
-        play,
+        play, sticks, sticks_below,
     ) = p  # fmt: skip
     a, w, z, i = y[0], y[1], y[2], y[3]
     if play > 0.0:
@@ -182,6 +184,8 @@ def _derivative(y, u, mode, p, out):
     share = abs(w / ws)
     share = share * share if exponent == 2.0 else share**exponent
     g = (tc + (ts - tc) * math.exp(-share)) * local * (1.0 + by_direction * math.copysign(1.0, w))
+    if sticks != 0.0:
+        g += sticks * math.exp(-((w / sticks_below) ** 2))
     if dwell != 0.0:
         g += dwell * ts * math.log(1.0 + y[7] / onset)
     creep = _creep(z, w, g, s0, tc) if law == ELASTO_PLASTIC else 1.0

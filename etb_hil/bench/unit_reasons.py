@@ -98,6 +98,11 @@ UNIT_REASONS = {
         "the CAN wiring for lost frames, and the model's stops.",
         True,
     ),
+    "stiction_hidden": Wording(
+        "Break-away friction may be higher in slower motion than this run had.",
+        "Run a scenario with slower motion, as break_away has it, and with fast dashes.",
+        True,
+    ),
     "one_way": Wording(
         "The plate was measured in one direction only; this does not distinguish springs from friction.",
         "Run a scenario that opens and closes the plate, as friction_check does.",

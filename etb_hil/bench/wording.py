@@ -99,7 +99,7 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
             todo = kind.too_high if one.is_high else kind.too_low
             return Wording(f"{name} is {one}; the limit is {one.limit}.", _sentence(todo, ".") or REPLACE)
         if ending == _UNDECIDED:
-            return Wording(f"{name} {one} is too close to its limit {one.limit} to tell.", AGAIN)
+            return Wording(f"{name} {one} is not known well enough for its limit {one.limit}.", AGAIN)
         if ending == _WITHOUT_INTERVAL:
             unknown = f"Its uncertainty is unknown: the limit of {one.limit} was not applied."
             return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)

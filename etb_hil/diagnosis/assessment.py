@@ -19,10 +19,11 @@ from etb_hil.diagnosis.evidence import Evidence, gather_evidence
 from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.hidden_stiction import hidden_stiction
 from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.noisy_angle import quieted, shape_for, unsure_by_noise
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
-from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
+from etb_hil.diagnosis.stribeck_fit import SLOWEST_FALL, STICTION, StribeckFit, fit_stribeck
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import NARROW, Shape, Windows, place_windows, window_means
@@ -33,7 +34,7 @@ from etb_hil.recording.samples import Float64, Int64
 JUDGED = 1  # code of ticks in phases whose motion is judged
 
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
-_SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
+_SLOWEST = SLOWEST_FALL  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
 _FEWEST = 20  # independent windows, for up to 20 parameters (`prior.py`)
 _CLUSTER = 100  # ticks that share their noise: six narrow windows long (benchmarks/interval_coverage.py)
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`
@@ -118,7 +119,9 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = unsure_by_noise(quiet, windows, evidence, law.prior, unsure)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
-        laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
+        unsure = unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)
+        # What friction is off the curve, by place or time, is no fall that hides.
+        laws.append(replace(law, fit=unsure, hidden=hidden_stiction(ticks, windows, evidence, law.prior, law.fit)))
     return Assessment(ticks, windows, evidence, laws, balance, drift)
 
 
@@ -131,7 +134,7 @@ def fitted_numbers(
     of their probabilities. `fastest` rad/s is the highest speed among the windows, `hardest` rad/s its largest change
     in a tick. A number that the likeliest law does not have is left out.
     """
-    numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest)) for law in laws]
+    numbers = [(law.probability, _numbers(law, throttle, fastest, hardest)) for law in laws]
     found = {}
     for name in numbers[0][1]:
         parts = [(probability, of[name]) for probability, of in numbers if name in of]
@@ -140,17 +143,18 @@ def fitted_numbers(
     return found
 
 
-def _numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
+def _numbers(law: Law, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
     """Return the numbers under one law.
 
     Without a drop from T_st to T_c there is no omega_s.
     """
-    q = fit.parameters
+    fit, q = law.fit, law.fit.parameters
+    stiction, margin = _around(fit.stiction[0], fit.reach(STICTION)), _return_margin(fit, throttle)
     numbers = {
-        "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
+        "T_st": replace(stiction, high=stiction.high + law.hidden),
         "T_c": _coulomb(fit, fastest, throttle),
         "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
-        "return_margin": _return_margin(fit, throttle),
+        "return_margin": replace(margin, low=margin.low - law.hidden),
     }
     if _shows_drop(fit, fastest):
         numbers["omega_s"] = _stribeck_velocity(fit, hardest)

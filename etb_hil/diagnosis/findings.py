@@ -6,10 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
+import numpy as np
+
 from etb_hil.diagnosis.break_away import READING
 from etb_hil.diagnosis.contradiction import Widening, widened
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.prior import CONSTANT
+from etb_hil.diagnosis.result import Reason
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.assessment import Assessment
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import Float64
 
 T = TypeVar("T")
+_SLOWEST = 0.05  # share of the windows that are slower than what counts as the slowest speed seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +75,15 @@ class Findings:
     def of(self, *kinds: str) -> list[Segment]:
         """Return the segments of some kinds of phase, in the order of the run."""
         return [segment for segment in self.segments if segment.phase.kind in kinds]
+
+    @property
+    def hides_stiction(self) -> Reason | None:
+        """Why T_st is hardly known from above, None where slower motion hides little."""
+        stiction, laws = self.fitted.get("T_st"), self.assessment.laws
+        if stiction is None or max(law.hidden for law in laws) <= stiction.value - stiction.low:
+            return None
+        slowest = float(np.quantile(np.abs(self.assessment.evidence.velocity), _SLOWEST))
+        return Reason("stiction_hidden", f"in slower motion than {slowest:.2g} rad/s friction may rise further")
 
     @property
     def scale(self) -> float:

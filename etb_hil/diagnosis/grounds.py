@@ -11,7 +11,7 @@ import numpy as np
 from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.exceedance import KINDS, Exceedance
-from etb_hil.diagnosis.friction_model import steady_level
+from etb_hil.diagnosis.friction_model import AGEING, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.local_friction import OF_A_DRAG, SURE, LocalFriction
 from etb_hil.diagnosis.local_margin import Shortfall
@@ -154,8 +154,11 @@ def unexplained(
     if fit is None or origin_ns is None:
         return list(episodes)
     time_ns = origin_ns + (assessment.ticks.time[assessment.windows.centre] * 1e9).astype(np.int64)
-    along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
-    level = steady_level(evidence.velocity, fit.parameters) * evidence.over_time[assessment.windows.centre] + along
+    way, q = np.where(evidence.velocity > 0.0, 1.0, -1.0) * (1.0 + fit.parameters[CONSTANT]), fit.parameters.copy()
+    aged = q[AGEING] * fit.jacobian[:, AGEING] if fit.jacobian.shape[1] > AGEING else 0.0
+    q[AGEING] = 0.0  # a limit holds for whatever held the plate, contacts that grew at rest among it
+    level = steady_level(evidence.velocity, q) * evidence.over_time[assessment.windows.centre]
+    level = level + way * (fit.residual + aged)
     left = []
     for episode in episodes:
         sees = (time_ns >= episode.start_ns - _REACH_NS) & (time_ns <= episode.end_ns + _REACH_NS)

@@ -30,11 +30,11 @@ class Unseen:
 def seen_slowly(local: LocalFriction | None) -> tuple[float, float]:
     """Return the lowest and the highest angle in rad slid over slowly both ways.
 
-    Both are NaN where there is no such angle.
+    They are the middles of cells of a degree. Both are NaN where there is no such angle.
     """
     if local is None or not len(local.angle):
         return np.nan, np.nan
-    return float(local.angle[0]) - 0.5 * CELL, float(local.angle[-1]) + 0.5 * CELL
+    return float(local.angle[0]), float(local.angle[-1])
 
 
 def too_wide_unseen(

@@ -42,7 +42,7 @@ CERTAIN = 1e18  # inverse variance of a parameter that is held
 USUAL = LOG_EXPONENT  # how many the paper's law has: the exponent is 2 there, and contacts do not age
 
 _EVEN = 1.0 / math.sqrt(3.0)  # standard deviation of a value that lies anywhere inside +- 1
-_ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of them
+ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of them
 _ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity: twice or half the model's is 1.4 standard deviations
 _ANY_BRISTLE = 1.0  # of the logarithms of stiffness and damping
 _ANY_VISCOSITY = 1.0  # times the model's
@@ -87,8 +87,8 @@ def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, ba
     `offset_error` in A is the standard error of the current's zero.
     """
     mean, spread = np.zeros(PARAMETERS), np.empty(PARAMETERS)
-    mean[COULOMB], spread[COULOMB] = throttle.coulomb, _ANY_TORQUE
-    mean[DROP], spread[DROP] = throttle.stiction - throttle.coulomb, _ANY_TORQUE
+    mean[COULOMB], spread[COULOMB] = throttle.coulomb, ANY_TORQUE
+    mean[DROP], spread[DROP] = throttle.stiction - throttle.coulomb, ANY_TORQUE
     mean[LOG_SPEED], spread[LOG_SPEED] = log(throttle.stribeck_velocity), _ANY_FACTOR
     mean[VISCOUS], spread[VISCOUS] = throttle.viscous, _ANY_VISCOSITY * throttle.viscous
     mean[LOG_STIFFNESS], spread[LOG_STIFFNESS] = log(throttle.bristle_stiffness), _ANY_BRISTLE

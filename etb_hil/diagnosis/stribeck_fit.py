@@ -36,6 +36,7 @@ from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64, Int64
 
 _STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
+SLOWEST_FALL = 0.025  # rad/s: a lower omega_s than the slowest speed of a window is not looked for
 _ITERATIONS = 40
 _CONVERGED = 1e-3  # in standard errors
 LITTLE = 0.1  # of -2 log posterior density: a twentieth of what any likelihood ratio is judged by
@@ -89,6 +90,11 @@ class StribeckFit:
         return replace(self, spread=replace(self.spread, known=known))
 
     @property
+    def shows_fall(self) -> bool:
+        """Whether friction falls from T_st to T_c, in 95 %."""
+        return float(self.parameters[DROP]) > self.reach({DROP: 1.0})
+
+    @property
     def stiction(self) -> tuple[float, float]:
         """T_st and its standard error, in N·m."""
         return float(self.parameters[COULOMB] + self.parameters[DROP]), self.error(STICTION)
@@ -104,19 +110,27 @@ def _gradient(weights: Mapping[int, float]) -> Float64:
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
     """Fit by Levenberg's and Marquardt's method from several starts.
 
+    Where friction does not fall with speed from there, it may do so below the speeds of the run: that is a start, too.
     None where none of them comes to an end.
     """
-    best: tuple[float, Linearised] | None = None
+    ends: list[tuple[float, Linearised]] = []
     one_kind = np.zeros(len(windows), np.int64)
-    for factor in _STARTS:
-        known = None if best is None else best[1].parameters
-        start = linearised(ticks, windows, evidence, start_of(evidence, prior, factor), prior.count)
-        found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
-        if found is not None and (best is None or found[0] < best[0]):
-            best = found
-    if best is None:
-        return None
-    return _refit(ticks, windows, evidence, prior, best[1], kinds_of(ticks, windows, best[1].parameters), 0.0)
+
+    def best_of(*factors: float) -> StribeckFit | None:
+        for factor in factors:
+            known = min(ends, key=lambda end: end[0])[1].parameters if ends else None
+            start = linearised(ticks, windows, evidence, start_of(evidence, prior, factor), prior.count)
+            found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
+            ends.extend([] if found is None else [found])
+        if not ends:
+            return None
+        best = min(ends, key=lambda end: end[0])[1]
+        return _refit(ticks, windows, evidence, prior, best, kinds_of(ticks, windows, best.parameters), 0.0)
+
+    fit = best_of(*_STARTS)
+    if fit is None or fit.shows_fall:
+        return fit
+    return best_of(2.0 * SLOWEST_FALL / prior.stribeck_velocity)
 
 
 def refit(

@@ -330,4 +330,4 @@ def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
             continue
         usual = Reason(f"{one.measurement.id}_undecided", shown.sentence(one.measurement))
         reasons.append(one.estimate.undecided or usual)
-    return reasons
+    return list(dict.fromkeys(reasons))

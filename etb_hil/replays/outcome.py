@@ -25,7 +25,7 @@ JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
 # Why a segment may say nothing without any doubt in what was measured: it shows too little.
 SHOWS_TOO_LITTLE = frozenset({
     "too_little_motion", "too_few_windows", "no_samples", "run_not_finished", "T_c_not_reached", "one_way",
-    "places_not_seen", "limits_not_judged",
+    "places_not_seen", "stiction_hidden", "limits_not_judged",
 })  # fmt: skip
 
 

@@ -1,4 +1,7 @@
-"""How a process that judges logs begins, and ends; it loads nothing of what it judges with."""
+"""Begin and end of a process that judges logs.
+
+The module loads nothing of what logs are judged with.
+"""
 
 from __future__ import annotations
 

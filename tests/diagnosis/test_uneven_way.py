@@ -69,7 +69,8 @@ def test_bristles_that_bend_by_another_law_make_no_uneven_way(law):
     assert "uneven_way" not in ids(result)
     assert result.measurements.get("omega_s") is not None
     stiction = result.measurements.get("T_st")
-    assert stiction.high - stiction.low < 0.06 * stiction.value
+    assert stiction.value - stiction.low < 0.03 * stiction.value
+    assert stiction.high - stiction.value < 0.1 * stiction.value  # what slower motion may hide, too
 
 
 def remark(result):
@@ -119,7 +120,8 @@ def test_an_even_way_and_one_bump_stay_as_certain_as_they_were(shape, rate):
     stiction = result.measurements.get("T_st")
     assert not remark(result)
     assert result.measurements.get("friction_least") is None
-    assert stiction.high - stiction.low < 0.05 * stiction.value
+    assert stiction.value - stiction.low < 0.025 * stiction.value
+    assert stiction.high - stiction.value < 0.05 * stiction.value  # what slower motion may hide, too
 
 
 def test_far_from_its_limits_an_uneven_unit_passes():
@@ -231,7 +233,8 @@ def test_the_drawn_band_holds_what_the_intervals_of_an_uneven_way_hold(name):
     for way in (1.0, -1.0):
         slowest = int(np.argmin(np.where(way * series["curve_velocity"] > 0.0, np.abs(series["curve_velocity"]), 99.0)))
         edges = sorted(way * series[edge][slowest] for edge in ("curve_low", "curve_high"))
-        assert edges == pytest.approx([stiction.low, stiction.high], rel=0.03)
+        assert edges[0] == pytest.approx(stiction.low, rel=0.03)
+        assert edges[1] < 1.03 * stiction.high  # which has what slower motion may hide, too
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -18,7 +18,7 @@ def _margin(run: Findings) -> Estimate | None:
         return None
     holds = "; friction holds the plate against its springs" if found.value <= 0.0 else ""
     margin = run.widening.of_margin(found, run.widening.of_stiction(stiction).value)
-    return run.with_gain(margin, may_pass=run.unseen is None, if_failed=holds)
+    return run.with_gain(margin, may_pass=run.unseen is None, undecided=run.hides_stiction, if_failed=holds)
 
 
 MEASUREMENT = MeasurementKind(

@@ -14,12 +14,13 @@ if TYPE_CHECKING:
 def _stiction(run: Findings) -> Estimate | None:
     """Return the fitted friction of sliding at no speed.
 
-    Its interval is as wide as an uneven way makes it.
+    Its interval is as wide as an uneven way makes it, and as slower motion may hide.
     """
     found = run.fitted.get("T_st")
     if found is None:
         return None
-    return run.with_gain(run.widening.of_stiction(found), may_pass=run.unseen is None)
+    whole = run.widening.of_stiction(found)
+    return run.with_gain(whole, may_pass=run.unseen is None, undecided=run.hides_stiction)
 
 
 MEASUREMENT = MeasurementKind(

@@ -1,0 +1,55 @@
+"""Break-away friction that only slower motion than the run's shows: no unit passes that holds its plate."""
+
+import numpy as np
+import pytest
+from independent_throttle import ELASTO_PLASTIC, GMS, Unit, friction_check, sense
+from test_diagnosis_verdicts import judge
+
+from etb_hil.base.outcome import UnitVerdict
+
+
+def judged(unit, rate=1000):
+    run, phases = friction_check(unit)
+    return judge(Unit(), sense(unit, run, rate, np.random.default_rng(7)), phases, rate)
+
+
+def ids(result):
+    return {reason.id for reason in result.reasons}
+
+
+STICKY = [
+    Unit(stiction=0.35, stribeck_velocity=0.1, bristle_stiffness=200.0),
+    Unit(stiction=0.32, stribeck_velocity=0.1),
+    Unit(stiction=0.40, stribeck_velocity=0.15),
+    Unit(sticks=0.18),
+    Unit(sticks=0.12, bristle_stiffness=200.0),
+    Unit(sticks=0.25, stiction=0.2),
+    Unit(sticks=0.2, sticks_below=0.2),
+]
+
+
+@pytest.mark.parametrize("rate", [1000, pytest.param(20000, marks=pytest.mark.study)])
+@pytest.mark.parametrize("unit", STICKY, ids=lambda unit: f"{unit.stiction}+{unit.sticks}")
+def test_friction_that_rises_below_the_slowest_ramp_does_not_pass(unit, rate):
+    """The ramps' 0.4 rad/s are above the fall; what tells of it are the bristles that bend where the plate turns."""
+    result = judged(unit, rate)
+    found = result.measurements.get("T_st")
+    assert result.verdict is not UnitVerdict.PASS
+    assert found.high > 0.26
+    assert found.verdict is UnitVerdict.FAIL or "stiction_hidden" in ids(result) or "T_st_undecided" in ids(result)
+
+
+def test_a_little_that_is_hidden_is_in_the_interval_and_passes():
+    result = judged(Unit(sticks=0.03))
+    found = result.measurements.get("T_st")
+    assert result.verdict is UnitVerdict.PASS
+    assert found.high > 0.19
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize("law", [ELASTO_PLASTIC, GMS], ids=["elasto-plastic", "GMS"])
+def test_bristles_that_bend_by_another_law_hide_hardly_anything(law, rate):
+    result = judged(Unit(law=law), rate)
+    found = result.measurements.get("T_st")
+    assert result.verdict is UnitVerdict.PASS
+    assert found.low < 0.171 < found.high < 0.22
