@@ -60,7 +60,8 @@ def _second_fall(
 ) -> float:
     """Return the highest second fall in N·m that friction may have, in 95 %.
 
-    It is around a speed in rad/s. The result is 0 where the run does not show one. The weights (m) are those of the windows.
+    It is around a speed in rad/s. The result is 0 where the run does not show one. The weights (m) are those of the
+    windows.
     """
     q = fit.parameters.copy()
     q[COULOMB], q[DROP], q[LOG_SPEED], q[LOG_EXPONENT], q[AGEING] = fit.stiction[0], 0.0, log(omega_s), LOG_SQUARE, 0.0
