@@ -52,7 +52,8 @@ class Assessment:
     """Everything that the whole run says of friction.
 
     There are no `laws` where the run does not carry a fit. Windows in bumps are in the `evidence`, but they do not
-    count in the fit. `drift` is how friction changed along the run, None where no change was found.
+    count in the fit. `drift` is how friction changed along the run, None where no change was found. `hidden` N·m: by
+    how much T_st may be above what the fits say, as friction may rise below the speeds of the run.
     """
 
     ticks: Ticks
@@ -61,6 +62,7 @@ class Assessment:
     laws: Sequence[Law]
     balance: VoltageBalance | None
     drift: Drift | None
+    hidden: float = 0.0
 
     @property
     def fit(self) -> StribeckFit | None:
@@ -119,42 +121,42 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = unsure_by_noise(quiet, windows, evidence, law.prior, unsure)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
-        unsure = unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)
-        # What friction is off the curve, by place or time, is no fall that hides.
-        laws.append(replace(law, fit=unsure, hidden=hidden_stiction(ticks, windows, evidence, law.prior, law.fit)))
-    return Assessment(ticks, windows, evidence, laws, balance, drift)
+        laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
+    hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
+    return Assessment(ticks, windows, evidence, laws, balance, drift, hidden)
 
 
 def fitted_numbers(
-    laws: Sequence[Law], throttle: ThrottleParameters, fastest: float, hardest: float
+    laws: Sequence[Law], throttle: ThrottleParameters, fastest: float, hardest: float, hidden: float
 ) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and return margin with their intervals.
 
     They are in SI units at the throttle shaft. They are those of all laws by which friction may go, in the proportion
     of their probabilities. `fastest` rad/s is the highest speed among the windows, `hardest` rad/s its largest change
-    in a tick. A number that the likeliest law does not have is left out.
+    in a tick; `hidden`: see `Assessment`. A number that the likeliest law does not have is left out.
     """
-    numbers = [(law.probability, _numbers(law, throttle, fastest, hardest)) for law in laws]
+    numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest)) for law in laws]
     found = {}
     for name in numbers[0][1]:
         parts = [(probability, of[name]) for probability, of in numbers if name in of]
         whole = sum(probability for probability, _ in parts)
         found[name] = mixed([(probability / whole, part) for probability, part in parts])
+    found["T_st"] = replace(found["T_st"], high=found["T_st"].high + hidden)
+    found["return_margin"] = replace(found["return_margin"], low=found["return_margin"].low - hidden)
     return found
 
 
-def _numbers(law: Law, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
+def _numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
     """Return the numbers under one law.
 
     Without a drop from T_st to T_c there is no omega_s.
     """
-    fit, q = law.fit, law.fit.parameters
-    stiction, margin = _around(fit.stiction[0], fit.reach(STICTION)), _return_margin(fit, throttle)
+    q = fit.parameters
     numbers = {
-        "T_st": replace(stiction, high=stiction.high + law.hidden),
+        "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
         "T_c": _coulomb(fit, fastest, throttle),
         "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
-        "return_margin": replace(margin, low=margin.low - law.hidden),
+        "return_margin": _return_margin(fit, throttle),
     }
     if _shows_drop(fit, fastest):
         numbers["omega_s"] = _stribeck_velocity(fit, hardest)

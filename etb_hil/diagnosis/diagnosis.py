@@ -215,7 +215,9 @@ class Diagnosis:
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fitted = {}
         if fit is not None:
-            fitted = fitted_numbers(assessment.laws, throttle, assessment.fastest, assessment.hardest)
+            fitted = fitted_numbers(
+                assessment.laws, throttle, assessment.fastest, assessment.hardest, assessment.hidden
+            )
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)

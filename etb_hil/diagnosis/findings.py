@@ -79,8 +79,8 @@ class Findings:
     @property
     def hides_stiction(self) -> Reason | None:
         """Why T_st is hardly known from above, None where slower motion hides little."""
-        stiction, laws = self.fitted.get("T_st"), self.assessment.laws
-        if stiction is None or max(law.hidden for law in laws) <= stiction.value - stiction.low:
+        stiction, hidden = self.fitted.get("T_st"), self.assessment.hidden
+        if stiction is None or hidden <= stiction.value - stiction.low:
             return None
         slowest = float(np.quantile(np.abs(self.assessment.evidence.velocity), _SLOWEST))
         return Reason("stiction_hidden", f"in slower motion than {slowest:.2g} rad/s friction may rise further")

@@ -36,15 +36,11 @@ _OTHERS = (_EXPONENT, _AGES, (*_EXPONENT, *_AGES))  # what laws have that the pa
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A law of friction: its fit to a run, the prior of that, and its probability.
-
-    `hidden` N·m: by how much T_st may be above what the fit says, where friction may fall below the speeds seen.
-    """
+    """A law of friction: its fit to a run, the prior of that, and its probability."""
 
     fit: StribeckFit
     prior: Prior
     probability: float
-    hidden: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
