@@ -69,7 +69,7 @@ def changed_lines(tree, reference):
 
 
 def tried(tree, module, lines, options, until):
-    """Yield each mutant of a module that was tried, of all its `lines` or some, with its key and what became of it."""
+    """Yield each mutant that was tried in a module, in these `lines` or in all, with its key and what became of it."""
     path = source_of(tree, module)
     source = path.read_text("utf-8").splitlines()
     syntax = ast.parse("\n".join(source))

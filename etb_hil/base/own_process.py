@@ -1,4 +1,4 @@
-"""Processes of ours: they load what they need, and count in one thread.
+"""Start processes of this package, with few imports and BLAS in one thread.
 
 `python -m etb_hil.base.own_process MODULE ARGUMENTS` runs a module in one.
 """

@@ -23,7 +23,7 @@ from etb_hil.diagnosis.hidden_stiction import hidden_stiction
 from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.noisy_angle import quieted, shape_for, unsure_by_noise
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
-from etb_hil.diagnosis.stribeck_fit import SLOWEST_FALL, STICTION, StribeckFit, fit_stribeck
+from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import NARROW, Shape, Windows, place_windows, window_means
@@ -34,7 +34,7 @@ from etb_hil.recording.samples import Float64, Int64
 JUDGED = 1  # code of ticks in phases whose motion is judged
 
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
-_SLOWEST = SLOWEST_FALL  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
+_SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
 _FEWEST = 20  # independent windows, for up to 20 parameters (`prior.py`)
 _CLUSTER = 100  # ticks that share their noise: six narrow windows long (benchmarks/interval_coverage.py)
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`

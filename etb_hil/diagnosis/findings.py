@@ -78,7 +78,7 @@ class Findings:
 
     @property
     def hides_stiction(self) -> Reason | None:
-        """Why T_st is hardly known from above, None where slower motion hides little."""
+        """The reason that slower motion may hide friction, None where it adds little to T_st."""
         stiction, hidden = self.fitted.get("T_st"), self.assessment.hidden
         if stiction is None or hidden <= stiction.value - stiction.low:
             return None

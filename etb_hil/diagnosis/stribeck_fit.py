@@ -36,7 +36,7 @@ from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64, Int64
 
 _STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
-SLOWEST_FALL = 0.025  # rad/s: a lower omega_s than the slowest speed of a window is not looked for
+_LOW_START = 0.05  # rad/s, twice the slowest speed of a window: where the fall is looked for last
 _ITERATIONS = 40
 _CONVERGED = 1e-3  # in standard errors
 LITTLE = 0.1  # of -2 log posterior density: a twentieth of what any likelihood ratio is judged by
@@ -113,24 +113,27 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     Where friction does not fall with speed from there, it may do so below the speeds of the run: that is a start, too.
     None where none of them comes to an end.
     """
-    ends: list[tuple[float, Linearised]] = []
     one_kind = np.zeros(len(windows), np.int64)
 
-    def best_of(*factors: float) -> StribeckFit | None:
-        for factor in factors:
-            known = min(ends, key=lambda end: end[0])[1].parameters if ends else None
-            start = linearised(ticks, windows, evidence, start_of(evidence, prior, factor), prior.count)
-            found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
-            ends.extend([] if found is None else [found])
-        if not ends:
-            return None
-        best = min(ends, key=lambda end: end[0])[1]
+    def better(best: tuple[float, Linearised] | None, factor: float) -> tuple[float, Linearised] | None:
+        known = None if best is None else best[1].parameters
+        start = linearised(ticks, windows, evidence, start_of(evidence, prior, factor), prior.count)
+        found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
+        return found if found is not None and (best is None or found[0] < best[0]) else best
+
+    def concluded(best: Linearised) -> StribeckFit | None:
         return _refit(ticks, windows, evidence, prior, best, kinds_of(ticks, windows, best.parameters), 0.0)
 
-    fit = best_of(*_STARTS)
+    best = None
+    for factor in _STARTS:
+        best = better(best, factor)
+    if best is None:
+        return None
+    fit = concluded(best[1])
     if fit is None or fit.shows_fall:
         return fit
-    return best_of(2.0 * SLOWEST_FALL / prior.stribeck_velocity)
+    lower = better(best, _LOW_START / prior.stribeck_velocity)
+    return fit if lower is None or lower is best else concluded(lower[1])
 
 
 def refit(
