@@ -29,6 +29,7 @@ _PULLED = 2000.0  # 1/s, how fast an element that slips follows its limit
 _SLIPS_ON = 0.97
 _TEETH = (1000.0, 0.1)  # N·m/rad and N·m s/rad of teeth that touch, where the gear has play
 _PLATE = 4e-5  # kg m^2 of the inertia that is the plate's
+CREEPS = (math.radians(25.0), math.radians(60.0))
 
 
 @dataclass(frozen=True)
@@ -303,12 +304,12 @@ def _dash(peak, against, rise, fall):
 
 
 @lru_cache(maxsize=8)
-def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
+def friction_check(unit, *, low=0.035, high=1.396, creeps=CREEPS, speeds=(0.4, 1.2), dashes=2):
     """Return Truth and (kind, first sample, end sample) for the phases of a friction check; of recent units, the same.
 
     The arrays are read-only.
     """
-    *motion, phases = check_motion(unit.limp_home, low=low, high=high, speeds=speeds, dashes=dashes)
+    *motion, phases = check_motion(unit.limp_home, low=low, high=high, creeps=creeps, speeds=speeds, dashes=dashes)
     truth = simulate(unit, *motion)
     for values in vars(truth).values():
         if values is not None:
@@ -316,8 +317,11 @@ def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
     return truth, tuple(phases)
 
 
-def check_motion(start, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
-    """Return set-points and modes of a friction check, as `simulate` takes them, and its phases."""
+def check_motion(start, *, low=0.035, high=1.396, creeps=CREEPS, speeds=(0.4, 1.2), dashes=2):
+    """Return set-points and modes of a friction check, as `simulate` takes them, and its phases.
+
+    `creeps` rad are the angles from which the plate creeps after a rest, opening and closing.
+    """
     pieces, kinds, at = [], [], start
 
     def add(kind, velocity, mode=1):
@@ -328,6 +332,13 @@ def check_motion(start, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
         at = position[-1]
 
     add("current_zero", np.zeros(1000), 0)
+    if creeps:
+        still, parts, start = np.zeros(200), [], at
+        for begin in creeps:
+            end = begin + math.radians(4.0)
+            parts += [_glide(start, begin, 1.5), still, _glide(begin, end, 0.08), still, _glide(end, begin, 0.08)]
+            start = begin
+        add("break_away", np.concatenate(parts))
     for speed in speeds:
         add("ramp", np.concatenate([_glide(at, low, 1.5), _glide(low, high, speed), _glide(high, low, speed)]))
     for _ in range(dashes):

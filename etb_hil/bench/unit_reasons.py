@@ -103,6 +103,11 @@ UNIT_REASONS = {
         "Run a scenario with slower motion, as break_away has it, and with fast dashes.",
         True,
     ),
+    "break_away_above": Wording(
+        "The plate needed more torque to break away than its friction curve shows; break-away friction is not known.",
+        "Have an engineer look at the break-aways in the report, and state the law of rest in the limits file.",
+        True,
+    ),
     "one_way": Wording(
         "The plate was measured in one direction only; this does not distinguish springs from friction.",
         "Run a scenario that opens and closes the plate, as friction_check does.",

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.diagnosis.bent_bristles import unsure_by_bristles, unsure_by_lag
+from etb_hil.diagnosis.break_away import BreakAway, break_away_torque, break_aways
 from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
@@ -21,7 +22,7 @@ from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.hidden_stiction import hidden_stiction
 from etb_hil.diagnosis.interval import Interval, mixed
-from etb_hil.diagnosis.noisy_angle import quieted, shape_for, unsure_by_noise
+from etb_hil.diagnosis.noisy_angle import quieted, shape_for, slowest_for, unsure_by_noise
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
 from etb_hil.diagnosis.ticks import TICK, Ticks
@@ -52,8 +53,9 @@ class Assessment:
     """Everything that the whole run says of friction.
 
     There are no `laws` where the run does not carry a fit. Windows in bumps are in the `evidence`, but they do not
-    count in the fit. `drift` is how friction changed along the run, None where no change was found. `hidden` N·m: by
-    how much T_st may be above what the fits say, as friction may rise below the speeds of the run.
+    count in the fit. `drift` is how friction changed along the run, None where no change was found. `broken_away` are
+    the break-aways from rest. `hidden` N·m: by how much T_st may be above what the fits say, as friction may rise below
+    the speeds of a run without break-aways.
     """
 
     ticks: Ticks
@@ -62,6 +64,7 @@ class Assessment:
     laws: Sequence[Law]
     balance: VoltageBalance | None
     drift: Drift | None
+    broken_away: Sequence[BreakAway]
     hidden: float = 0.0
 
     @property
@@ -94,13 +97,16 @@ class Assessment:
 def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero) -> Assessment:
     """Fit motor and friction to the ticks of a run."""
     usable = _usable(ticks, model, throttle)
-    windows, velocity = _moving_windows(ticks, usable, NARROW)
-    if (shape := shape_for(ticks, windows, throttle)) is not NARROW:
-        windows, velocity = _moving_windows(ticks, usable, shape)
+    windows, velocity = _moving_windows(ticks, usable, NARROW, _SLOWEST)
+    shape = shape_for(ticks, windows, throttle)
+    slowest = slowest_for(ticks, windows, shape)
+    if shape is not NARROW or slowest > _SLOWEST:
+        windows, velocity = _moving_windows(ticks, usable, shape, max(slowest, _SLOWEST))
     cluster = windows.centre // (_CLUSTER * windows.shape.half // NARROW.half)
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
+    broken_away = break_aways(ticks, throttle)
     if len(windows) < _FEWEST * windows.shape.overlap:
-        return Assessment(ticks, windows, evidence, (), None, None)
+        return Assessment(ticks, windows, evidence, (), None, None, broken_away)
     balance = voltage_balance(ticks, windows, cluster)
     quiet = quieted(ticks, windows, velocity, throttle.coulomb / throttle.bristle_stiffness)
     ticks = quiet.ticks
@@ -110,7 +116,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     prior = prior_of(model, throttle, error, balance)
     fit = fit_stribeck(ticks, windows, evidence, prior)
     if fit is None:
-        return Assessment(ticks, windows, evidence, (), balance, None)
+        return Assessment(ticks, windows, evidence, (), balance, None, broken_away)
     evidence, fit, drift, left = without_drift(ticks, windows, evidence, prior, fit)
     laws = []
     for law in laws_of(ticks, windows, evidence, prior, fit):
@@ -122,25 +128,29 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
-    hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
-    return Assessment(ticks, windows, evidence, laws, balance, drift, hidden)
+    hidden = 0.0
+    if break_away_torque(broken_away) is None:
+        hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
+    return Assessment(ticks, windows, evidence, laws, balance, drift, broken_away, hidden)
 
 
-def fitted_numbers(
-    laws: Sequence[Law], throttle: ThrottleParameters, fastest: float, hardest: float, hidden: float
-) -> dict[str, Interval]:
+def fitted_numbers(assessment: Assessment, throttle: ThrottleParameters) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and return margin with their intervals.
 
-    They are in SI units at the throttle shaft. They are those of all laws by which friction may go, in the proportion
-    of their probabilities. `fastest` rad/s is the highest speed among the windows, `hardest` rad/s its largest change
-    in a tick; `hidden`: see `Assessment`. A number that the likeliest law does not have is left out.
+    There are none without a fit. They are in SI units at the throttle shaft, and those of all laws by which friction
+    may go, in the proportion of their probabilities. A number that the likeliest law does not have is left out. T_st
+    reaches up to what slower motion may hide.
     """
+    laws, fastest, hardest = assessment.laws, assessment.fastest, assessment.hardest
+    if not laws:
+        return {}
     numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest)) for law in laws]
     found = {}
     for name in numbers[0][1]:
         parts = [(probability, of[name]) for probability, of in numbers if name in of]
         whole = sum(probability for probability, _ in parts)
         found[name] = mixed([(probability / whole, part) for probability, part in parts])
+    hidden = assessment.hidden
     found["T_st"] = replace(found["T_st"], high=found["T_st"].high + hidden)
     found["return_margin"] = replace(found["return_margin"], low=found["return_margin"].low - hidden)
     return found
@@ -241,8 +251,8 @@ def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:
     return ((ticks.kind == JUDGED) & clear).astype(np.int64)
 
 
-def _moving_windows(ticks: Ticks, usable: Int64, shape: Shape) -> tuple[Windows, Float64]:
+def _moving_windows(ticks: Ticks, usable: Int64, shape: Shape, slowest: float) -> tuple[Windows, Float64]:
     windows = place_windows(ticks, usable, shape)
     velocity = window_means(ticks.angle, windows.shape.rate, windows)
-    moving = np.abs(velocity) > _SLOWEST
+    moving = np.abs(velocity) > slowest
     return Windows(windows.centre[moving], shape), velocity[moving]

@@ -14,13 +14,14 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.motion.repeats import error_of_means
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64
 
-READING = 0.015  # share by which a filtered, noisy peak may be read wrong: benchmarks/break_away_bias.py
+_READING = 0.015  # share by which a filtered, noisy peak may be read wrong: benchmarks/break_away_bias.py
 
 _STILL = 5e-4  # rad that a resting plate may move within
 _SPAN = 50  # ticks: by the estimated velocity, a coarse sensor's noise would hide that a plate creeps
@@ -72,6 +73,14 @@ class BreakAwayTorque:
     rates: tuple[float, float]
     per_decade: tuple[float, float, float] | None
     per_rate: tuple[float, float, float] | None
+
+    def read_at(self, scale: float) -> Interval:
+        """Return the torque where the motor's is `scale` times the model's.
+
+        Its interval includes the error of reading a peak.
+        """
+        reading = _READING * self.value
+        return Interval(scale * self.value, scale * (self.low - reading), scale * (self.high + reading))
 
 
 def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:

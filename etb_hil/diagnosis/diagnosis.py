@@ -11,7 +11,6 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.assessment import JUDGED, assess, fitted_numbers
-from etb_hil.diagnosis.break_away import break_aways
 from etb_hil.diagnosis.contradiction import (
     Widening,
     against_each_other,
@@ -210,20 +209,15 @@ class Diagnosis:
                 is_confounded=is_bent or (way is not None and way.is_fine),
                 is_bent=is_bent,
             )
-        broken_away = break_aways(ticks, throttle)
         unseen = too_wide_unseen(local, self._model, throttle, (self._lowest, self._highest))
         at_rest = resistance_at_rest(ticks) if fit is None else None
-        fitted = {}
-        if fit is not None:
-            fitted = fitted_numbers(
-                assessment.laws, throttle, assessment.fastest, assessment.hardest, assessment.hidden
-            )
+        fitted = fitted_numbers(assessment, throttle)
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
-        series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
+        series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away, fit)
         found = Findings(
             self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, unseen,
-            fastest, far, broken_away, self._limits.dwell, reading, hot, MappingProxyType(series),
+            fastest, far, assessment.broken_away, self._limits.dwell, reading, hot, MappingProxyType(series),
             self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))

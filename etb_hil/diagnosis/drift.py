@@ -21,7 +21,7 @@ from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import DISC_SINE, INERTIA, PRELOAD_OPEN, Prior
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
-from etb_hil.diagnosis.stribeck_fit import StribeckFit, refit, widened_by
+from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, refit, widened_by
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.uneven_way import UnevenWay
 from etb_hil.diagnosis.windows import Windows
@@ -92,7 +92,10 @@ def without_drift(
             return evidence, fit, replace(tried, is_bent=True), more
         along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
         drifting = replace(known, over_time=along)
-        better = refit(ticks, windows, drifting, prior, fit.parameters)
+        if found is None:  # the drift may have led the fit into another valley
+            better = fit_stribeck(ticks, windows, drifting, prior)
+        else:
+            better = refit(ticks, windows, drifting, prior, fit.parameters)
         if better is None:
             break
         found = tried

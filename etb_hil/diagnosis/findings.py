@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from etb_hil.diagnosis.break_away import READING
+from etb_hil.diagnosis.break_away import break_away_torque
 from etb_hil.diagnosis.contradiction import Widening, widened
+from etb_hil.diagnosis.friction_model import grown_at_rest
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
@@ -78,12 +79,47 @@ class Findings:
 
     @property
     def hides_stiction(self) -> Reason | None:
-        """The reason that slower motion may hide friction, None where it adds little to T_st."""
+        """Why slower motion leaves T_st open, None where it hides little."""
         stiction, hidden = self.fitted.get("T_st"), self.assessment.hidden
         if stiction is None or hidden <= stiction.value - stiction.low:
             return None
         slowest = float(np.quantile(np.abs(self.assessment.evidence.velocity), _SLOWEST))
         return Reason("stiction_hidden", f"in slower motion than {slowest:.2g} rad/s friction may rise further")
+
+    @property
+    def stiction(self) -> Interval | None:
+        """T_st of the curve, as wide as places and time make it; None without a fit."""
+        found = self.fitted.get("T_st")
+        return None if found is None else self.widening.of_stiction(found)
+
+    @property
+    def above_curve(self) -> float:
+        """By how many N·m break-aways reach above T_st, 0 where they agree."""
+        curve, broken = self.stiction, self._broken_away
+        if curve is None or broken is None or broken.low <= curve.high:
+            return 0.0
+        return broken.high - curve.high
+
+    @property
+    def breaks_away_above(self) -> Reason | None:
+        """Why break-aways leave T_st open, None where none lies above the curve.
+
+        Contacts that age, by the likeliest law, explain it; where a limit states a law of rest, break-aways are judged
+        themselves.
+        """
+        fit, curve, broken = self.assessment.fit, self.stiction, self._broken_away
+        if fit is None or curve is None or broken is None or self.dwell is not None:
+            return None
+        most = curve.high + grown_at_rest(max(one.rest for one in self.broken_away), fit.parameters)
+        if broken.low <= most:
+            return None
+        text = f"the plate broke away at {broken.value:.3f} N·m, and the fitted curve has {most:.3f} at most"
+        return Reason("break_away_above", f"{text}: in slower motion, or after a longer rest, it may take more")
+
+    @property
+    def _broken_away(self) -> Interval | None:
+        found = break_away_torque(self.broken_away)
+        return None if found is None else found.read_at(self.scale)
 
     @property
     def scale(self) -> float:
@@ -99,9 +135,7 @@ class Findings:
 
         Its interval includes the error of reading a peak.
         """
-        value, reading = self.scale * found.value, READING * self.scale * found.value
-        low, high = self.scale * found.low - reading, self.scale * found.high + reading
-        return Estimate(value, *widened(value, low, high, self.widening.gain))
+        return self.with_gain(found.read_at(self.scale))
 
     def with_gain(self, found: Interval, **more: object) -> Estimate:
         """Return an estimate whose interval includes the error of the current's gain."""

@@ -249,6 +249,11 @@ def steady_level(omega: Float64, q: Float64) -> Float64:
     return out
 
 
+def grown_at_rest(rest: float, q: Float64) -> float:
+    """Return what a rest of so many seconds adds to g in N·m (Dieterich 1979)."""
+    return float(q[AGEING] * log(1.0 + rest * exp(-q[LOG_ONSET])))
+
+
 @njit(cache=True, error_model="numpy")
 def steady_by(omega: float, q: Float64) -> Float64:
     """Return the derivatives (20) of the friction of steady sliding.

@@ -61,6 +61,16 @@ def shape_for(ticks: Ticks, windows: Windows, throttle: ThrottleParameters) -> S
     return WIDE if noise > _OF_COULOMB * throttle.coulomb else NARROW
 
 
+def slowest_for(ticks: Ticks, windows: Windows, shape: Shape) -> float:
+    """Return the speed in rad/s below which noise of the angle turns bristles.
+
+    It does so even as a mean over a whole window. `windows` are narrow ones, `shape` is that of those that will be.
+    """
+    if not len(windows):
+        return 0.0
+    return noise_of(ticks, windows) / (_OF_WAY * math.sqrt(2 * shape.half + 1) * TICK)
+
+
 def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Quieted:
     """Return ticks whose angle is a mean over as many as it needs.
 

@@ -133,7 +133,8 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     if fit is None or fit.shows_fall:
         return fit
     lower = better(best, _LOW_START / prior.stribeck_velocity)
-    return fit if lower is None or lower is best else concluded(lower[1])
+    low = None if lower is None or lower is best else concluded(lower[1])
+    return low if low is not None and low.shows_fall else fit
 
 
 def refit(

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     _Timed = tuple[Int64, Mapping[str, Float64]]  # times in ns, and columns of values at these times
 
 _COMPARED = {"value": "", "limit_low": ", lower limit", "limit_high": ", upper limit", "verdict": ", verdict"}
+_ALL_DIGITS = 17  # of a 64 bit number
 _CODE = {("versions",), ("plugins",)}  # of results: what made them
 
 
@@ -187,9 +188,12 @@ def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
 def _quantities(before: float | None, now: float | None, unit: str) -> tuple[str, str]:
     """Return two values with their unit, with as many digits as distinguish them."""
     texts = shown.quantity(before, unit), shown.quantity(now, unit)
-    if texts[0] != texts[1]:
+    if texts[0] != texts[1] or before is None or now is None:
         return texts
-    return f"{before!r} {unit}".removesuffix(" 1"), f"{now!r} {unit}".removesuffix(" 1")
+    digits = next(
+        (count for count in range(5, _ALL_DIGITS) if f"{before:.{count}g}" != f"{now:.{count}g}"), _ALL_DIGITS
+    )
+    return f"{before:.{digits}g} {unit}".removesuffix(" 1"), f"{now:.{digits}g} {unit}".removesuffix(" 1")
 
 
 def _plain(value: object) -> str:

@@ -20,7 +20,7 @@ ZERO = Zero(0.0, 1e-5, 1e-3, 0.0, 20.0)
 
 def assessed(unit, rate):
     """Return the throttle's model, and what is known of its motion's ramps and dashes."""
-    run, phases = friction_check(unit)
+    run, phases = friction_check(unit, creeps=())
     maker, model = TickMaker(), bench_model(unit)
     moving = [phase for phase in phases if phase[0] in {"ramp", "dash"}]
     for rows, _ in rows_of(sense(unit, run, rate, np.random.default_rng(5)), moving, rate):

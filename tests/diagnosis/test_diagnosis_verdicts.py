@@ -161,7 +161,7 @@ def test_friction_seen_in_one_direction_alone_never_passes(way):
 def test_one_direction_alone_neither_fails_a_unit_nor_bounds_its_friction(preload):
     """A spring that is 0.2 N·m stronger than the model's reads as more friction opening."""
     unit = Unit(stiction=0.24, coulomb=0.19, preload_open=preload)
-    run, phases = friction_check(unit, speeds=(0.4,), dashes=0)
+    run, phases = friction_check(unit, creeps=(), speeds=(0.4,), dashes=0)
     top = int(np.argmax(run.angle))
     opening = [phases[0], ("home", phases[0][2], phases[0][2] + 6000), ("ramp", phases[0][2] + 6000, top)]
     result = judge(Unit(), sense(unit, run, 1000, np.random.default_rng(16)), opening, 1000)

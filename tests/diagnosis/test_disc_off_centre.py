@@ -13,7 +13,7 @@ from etb_hil.diagnosis.limits_file import load_limits
 
 LIMITS = load_limits(find("limits", "default"))
 UNIT = Unit()
-RUN, PHASES = friction_check(UNIT)
+RUN, PHASES = friction_check(UNIT, creeps=())
 
 
 def measured(eccentricity, phase=0.0, rate=1000):

@@ -133,7 +133,7 @@ def test_far_from_its_limits_an_uneven_unit_passes():
 def test_near_its_limit_an_uneven_unit_is_undecided():
     limit = LIMITS.most("T_st", 18.0, 20.0)
     unit = Unit(stiction=0.85 * limit, bump=0.15, bump_angle=0.5, bump_width=0.05, bump_every=0.3)
-    result = judged(unit)
+    result = judged(unit, made=friction_check(unit, creeps=()))
     assert result.measurements.get("T_st").value < 0.95 * limit
     assert (result.verdict, result.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "T_st_undecided")
     assert "uneven_way" in ids(result)
@@ -228,7 +228,8 @@ def test_no_value_lies_outside_its_own_interval():
 
 @pytest.mark.parametrize("name", ["several", "rise", "low ripple"])
 def test_the_drawn_band_holds_what_the_intervals_of_an_uneven_way_hold(name):
-    result = judged(Unit(**SHAPES[name]))
+    unit = Unit(**SHAPES[name])
+    result = judged(unit, made=friction_check(unit, creeps=()))
     series, stiction = result.series, result.measurements.get("T_st")
     for way in (1.0, -1.0):
         slowest = int(np.argmin(np.where(way * series["curve_velocity"] > 0.0, np.abs(series["curve_velocity"]), 99.0)))

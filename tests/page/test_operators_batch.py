@@ -71,7 +71,7 @@ def test_a_unit_passes_by_keyboard_alone(bench):
     bench.shot("2_armed")
     bench.type(Keys.ENTER)
     until(lambda: bench.status() == "running")
-    until(lambda: len(bench.find("phases").find_elements(By.TAG_NAME, "li")) == 6)
+    until(lambda: len(bench.find("phases").find_elements(By.TAG_NAME, "li")) == 7)
     until(lambda: bench.find("facts").text.startswith("Angle") or bench.status() == "done")
     assert bench.verdict() == "PASS"
     assert "Serial OK-1" in bench.text("whose")

@@ -69,7 +69,7 @@ def test_only_what_changed_is_named():
     assert changes_text([]) == "  Nothing changed."
     assert changes(judged(), judged("fail")) == [("verdict", "pass", "fail")]
     ((what, before, now),) = changes(judged(value=0.17), judged(value=0.17 + 1e-12))
-    assert (what, before, now) == ("break-away friction", "0.17 N·m", f"{0.17 + 1e-12!r} N·m")
+    assert (what, before, now) == ("break-away friction", "0.17 N·m", "0.170000000001 N·m")
     ((what, before, now),) = changes(judged(), judged(limit_high=0.26))
     assert what == "break-away friction, upper limit"
     assert before == "-"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import MeasurementKind
@@ -13,12 +14,15 @@ if TYPE_CHECKING:
 
 def _margin(run: Findings) -> Estimate | None:
     """Return what the weaker spring's preload has over T_st."""
-    found, stiction = run.fitted.get("return_margin"), run.fitted.get("T_st")
+    found, stiction = run.fitted.get("return_margin"), run.stiction
     if found is None or stiction is None:
         return None
     holds = "; friction holds the plate against its springs" if found.value <= 0.0 else ""
-    margin = run.widening.of_margin(found, run.widening.of_stiction(stiction).value)
-    return run.with_gain(margin, may_pass=run.unseen is None, undecided=run.hides_stiction, if_failed=holds)
+    margin = run.widening.of_margin(found, stiction.value)
+    margin = replace(margin, low=margin.low - run.above_curve)
+    above = run.breaks_away_above
+    may_pass = run.unseen is None and above is None
+    return run.with_gain(margin, may_pass=may_pass, undecided=above or run.hides_stiction, if_failed=holds)
 
 
 MEASUREMENT = MeasurementKind(

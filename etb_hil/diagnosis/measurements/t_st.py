@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import MeasurementKind
@@ -14,13 +15,13 @@ if TYPE_CHECKING:
 def _stiction(run: Findings) -> Estimate | None:
     """Return the fitted friction of sliding at no speed.
 
-    Its interval is as wide as an uneven way makes it, and as slower motion may hide.
+    Its interval is as wide as an uneven way makes it, and has what slower motion may hide and break-aways show.
     """
-    found = run.fitted.get("T_st")
+    found, above = run.stiction, run.breaks_away_above
     if found is None:
         return None
-    whole = run.widening.of_stiction(found)
-    return run.with_gain(whole, may_pass=run.unseen is None, undecided=run.hides_stiction)
+    found = replace(found, high=found.high + run.above_curve)
+    return run.with_gain(found, may_pass=run.unseen is None and above is None, undecided=above or run.hides_stiction)
 
 
 MEASUREMENT = MeasurementKind(
