@@ -5,7 +5,9 @@ import pytest
 from answers import plain
 from synthetic import MODEL
 
+from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.explain import explain
+from etb_hil.discrepancy.measured.angles import must_count_turns
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 
@@ -68,6 +70,7 @@ def _still(recording):
             lambda r: {a: np.degrees(_values(r, a)) for a in ("motor_angle", "throttle_angle")},
             "the plate moves beyond the model's stops; suspected unit mismatch: values in deg whose unit says rad",
         ),
+        (lambda r: {"motor_angle": np.mod(_values(r, "motor_angle"), 2.0 * np.pi)}, "begins anew after each turn"),
         (lambda r: {"motor_current": -_values(r, "motor_current")}, "motor_current runs against motor_voltage"),
         (lambda r: {"motor_current": 1000.0 * _values(r, "motor_current")}, "check its unit (A or mA)"),
         (lambda r: {"motor_current": np.clip(_values(r, "motor_current"), -1.5, 1.5)}, "motor_current stays at 1.5 A"),
@@ -76,10 +79,33 @@ def _still(recording):
         (lambda r: {"motor_voltage": np.zeros(len(_values(r, "motor_voltage")))}, "voltage is constant (0 V) while"),
         (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), 12.0)}, "check the column of"),
     ],
-    ids=["still", "degrees", "backwards", "mA as A", "cut off", "one way", "no voltage", "zeros", "the supply"],
+    ids=[
+        "still",
+        "degrees",
+        "within a turn",
+        "backwards",
+        "mA as A",
+        "cut off",
+        "one way",
+        "no voltage",
+        "zeros",
+        "the supply",
+    ],
 )
 def test_nothing_is_named_and_the_reason_is_said(cogging_recording, columns, says):
     found = plain(explain([_changed(cogging_recording, **columns(cogging_recording))], MODEL))
     assert found["verdict"] == "insufficient_data"
     assert not found["causes"]
     assert says in found["data_quality"][0]
+
+
+@pytest.mark.parametrize("lost", [slice(0, 0), slice(250, 650)], ids=["whole", "with a gap"])
+def test_an_angle_within_a_turn_that_counts_on_is_taken(lost):
+    """Neither a bad sample nor what moved in a gap is a turn that was not counted."""
+    seconds = np.arange(1500) * 1e-3
+    angle = 2.9 * np.sin(2.0 * np.pi * seconds)
+    angle[700] -= 3.2
+    seconds, angle = np.delete(seconds, lost), np.delete(angle, lost)
+    must_count_turns("own", seconds, {"drive_angle": angle})
+    with pytest.raises(InputError, match="drive_angle jumps by about a turn"):
+        must_count_turns("own", seconds, {"drive_angle": np.mod(angle, 2.0 * np.pi)})

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import plate_rms
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64
 
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 _FEW, _WHOLE = 3.5, 0.05  # steps at a time that have to be whole ones, but for the digits of a file
+_A_TURN = 2.0 * math.pi * 1.001  # rad, with what the digits of a file round
+_NO_GAP = 1.5  # times the step of a record: between such samples none is missing
+_COUNT_ON = "add a turn at each jump (numpy.unwrap), or record an angle that counts on"
 _STANDS_FOR_IT = "the plate sensor is used instead, and gear and shaft are not seen"
 
 
@@ -62,6 +66,27 @@ class Angles:
             f"the zeros of encoder and plate sensor differ by {math.degrees(away):.1f} deg: the encoder's was corrected"
         )
         return Angles(angle + away, noise, plate, (said,))
+
+
+def must_count_turns(origin: str, seconds: Float64, columns: Mapping[str, Float64]) -> None:
+    """Refuse an angle (n) that begins anew after each turn.
+
+    Within a turn in all, it changes by more than half of one from a sample to the next, and stays there. What comes
+    back at once is a bad sample.
+    """
+    for role in ("motor_angle", "drive_angle"):
+        known = np.isfinite(columns.get(role, np.zeros(0)))
+        if not known.any():
+            continue
+        angle, at = columns[role][known], seconds[known]
+        moved = np.diff(angle, append=angle[-1:])
+        stays = np.abs(moved + np.concatenate([moved[1:], moved[-1:]])) > math.pi
+        step = np.diff(at, append=at[-1:])
+        jumps = np.flatnonzero((np.abs(moved) > math.pi) & stays & (step < _NO_GAP * np.median(step)))
+        if len(jumps) and float(np.ptp(angle)) <= _A_TURN:
+            value = f"{math.degrees(moved[jumps[0]]):.0f} deg at {at[jumps[0]]:.3f} s"
+            what = f"{origin}: {role} jumps by about a turn: it begins anew after each turn, and a motion counts on"
+            raise InputError(Problem(what, value=value, allowed="less than 180 deg", remedy=_COUNT_ON))
 
 
 def grid_of(values: Float64) -> float:

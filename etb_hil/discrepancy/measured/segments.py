@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.discrepancy.measured.angles import Angles
+from etb_hil.discrepancy.measured.angles import Angles, must_count_turns
 from etb_hil.discrepancy.measured.device_roles import angles_of, drives_of, read_beside
 from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measurement
 from etb_hil.discrepancy.measured.plausibility import TOO_FAR, off_by, suspected
@@ -68,6 +68,7 @@ def _segments(
     time_ns, columns = time_ns[samples], {role: values[samples] for role, values in columns.items()}
     if len(time_ns) < 2:
         raise InputError(Problem(f"{origin} has fewer than two samples with both a voltage or force and an angle"))
+    must_count_turns(origin, (time_ns - time_ns[0]) * 1e-9, columns)
     steps = np.diff(time_ns)
     step = float(np.median(steps)) * 1e-9
     if float(steps.max()) < 1.5e9 * step:
