@@ -32,7 +32,7 @@ from etb_hil.canio.bus.faults import (
 )
 
 S = 1_000 * MS
-LAST = 17 * S  # the check takes 18 s
+LAST = 23 * S  # the check takes 24 s
 SENSORS = ("motor_current", "motor_angle", "throttle_angle", "throttle_angle_2")
 
 

@@ -2,7 +2,7 @@
 
     python benchmarks/many_logs_cost.py [--logs 40] [--rounds 2]
 
-Each log is the raw log of a friction check of 18 s, judged as a bare log. Both commands run whole, from the start of
+Each log is the raw log of a friction check of 24 s, judged as a bare log. Both commands run whole, from the start of
 their processes to the Parquet files; the first log of a process also pays for loading the compiled kernels.
 """
 

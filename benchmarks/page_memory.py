@@ -2,7 +2,7 @@
 
     python benchmarks/page_memory.py [--units 600]
 
-A shift of 8 hours has 600 units where each takes 18 s of test and 30 s of hands. The virtual bench needs 3 s for one:
+A shift of 9 hours has 600 units where each takes 24 s of test and 30 s of hands. The virtual bench needs 3 s for one:
 the time between them is left out. Units are healthy and faulty in turn. The slopes leave out the first fifth, in
 which the last 20 units and the history fill up.
 """

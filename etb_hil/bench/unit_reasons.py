@@ -105,7 +105,7 @@ UNIT_REASONS = {
     ),
     "break_away_above": Wording(
         "The plate needed more torque to break away than its friction curve shows; break-away friction is not known.",
-        "Have an engineer look at the break-aways in the report, and state the law of rest in the limits file.",
+        "Have an engineer look at the break-aways in the report: friction rises in slow motion, or with the rest.",
         True,
     ),
     "one_way": Wording(

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.diagnosis.bent_bristles import unsure_by_bristles, unsure_by_lag
-from etb_hil.diagnosis.break_away import BreakAway, break_away_torque, break_aways
+from etb_hil.diagnosis.break_away import BreakAway, break_aways
 from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
@@ -20,11 +20,12 @@ from etb_hil.diagnosis.evidence import Evidence, gather_evidence
 from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.hidden_stiction import hidden_stiction
+from etb_hil.diagnosis.hard_break_away import pairs_of
+from etb_hil.diagnosis.hidden_stiction import FALLS, hidden_stiction
 from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.noisy_angle import quieted, shape_for, slowest_for, unsure_by_noise
-from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
-from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck
+from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
+from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck, friction_of
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import NARROW, Shape, Windows, place_windows, window_means
@@ -55,7 +56,7 @@ class Assessment:
     There are no `laws` where the run does not carry a fit. Windows in bumps are in the `evidence`, but they do not
     count in the fit. `drift` is how friction changed along the run, None where no change was found. `broken_away` are
     the break-aways from rest. `hidden` N·m: by how much T_st may be above what the fits say, as friction may rise below
-    the speeds of a run without break-aways.
+    the speeds of a run that has none as slow.
     """
 
     ticks: Ticks
@@ -104,9 +105,8 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         windows, velocity = _moving_windows(ticks, usable, shape, max(slowest, _SLOWEST))
     cluster = windows.centre // (_CLUSTER * windows.shape.half // NARROW.half)
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
-    broken_away = break_aways(ticks, throttle)
     if len(windows) < _FEWEST * windows.shape.overlap:
-        return Assessment(ticks, windows, evidence, (), None, None, broken_away)
+        return Assessment(ticks, windows, evidence, (), None, None, break_aways(ticks, throttle))
     balance = voltage_balance(ticks, windows, cluster)
     quiet = quieted(ticks, windows, velocity, throttle.coulomb / throttle.bristle_stiffness)
     ticks = quiet.ticks
@@ -116,7 +116,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     prior = prior_of(model, throttle, error, balance)
     fit = fit_stribeck(ticks, windows, evidence, prior)
     if fit is None:
-        return Assessment(ticks, windows, evidence, (), balance, None, broken_away)
+        return Assessment(ticks, windows, evidence, (), balance, None, break_aways(ticks, throttle))
     evidence, fit, drift, left = without_drift(ticks, windows, evidence, prior, fit)
     laws = []
     for law in laws_of(ticks, windows, evidence, prior, fit):
@@ -128,10 +128,26 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
         own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
-    hidden = 0.0
-    if break_away_torque(broken_away) is None:
+    broken_away = break_aways(_with_friction(quiet.read, usable, throttle, laws[0].fit, windows.shape), throttle)
+    hidden, pairs = 0.0, pairs_of(broken_away, throttle.limp_home)
+    if all(max(one.speed, other.speed) > min(FALLS) for one, other in pairs):
         hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
     return Assessment(ticks, windows, evidence, laws, balance, drift, broken_away, hidden)
+
+
+def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fit: StribeckFit, shape: Shape) -> Ticks:
+    """Return ticks with the friction that current and springs have by a fit.
+
+    They have it at rest as well. An observer's estimate rests on a law of friction, and break-aways are held against
+    one.
+    """
+    windows = place_windows(ticks, usable, shape)
+    velocity = window_means(ticks.angle, shape.rate, windows)
+    evidence = gather_evidence(ticks, windows, velocity, throttle, windows.centre)
+    friction = friction_of(evidence, fit.parameters)
+    if shape is not NARROW:  # of a plate that creeps, the inertia's torque is noise of a coarse angle
+        friction = friction + (1.0 + fit.parameters[INERTIA]) * evidence.errors[:, 0]
+    return replace(ticks, friction=np.interp(np.arange(len(ticks)), windows.centre, friction))
 
 
 def fitted_numbers(assessment: Assessment, throttle: ThrottleParameters) -> dict[str, Interval]:

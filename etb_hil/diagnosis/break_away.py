@@ -21,7 +21,7 @@ from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64
 
-_READING = 0.015  # share by which a filtered, noisy peak may be read wrong: benchmarks/break_away_bias.py
+READING = 0.015  # share by which a filtered, noisy peak may be read wrong: benchmarks/break_away_bias.py
 
 _STILL = 5e-4  # rad that a resting plate may move within
 _SPAN = 50  # ticks: by the estimated velocity, a coarse sensor's noise would hide that a plate creeps
@@ -47,7 +47,7 @@ class BreakAway:
     """One break-away: `torque` N·m in a `direction` (1 opening, -1 closing).
 
     The break-away came after `rest` s, at `angle` rad. `rate` N·m/s is how fast friction rose to it from where it stood
-    at rest, NaN where it stood that high already.
+    at rest, NaN where it stood that high already. `speed` rad/s is the mean one until the plate was clear of its rest.
     """
 
     torque: float
@@ -55,6 +55,7 @@ class BreakAway:
     rest: float
     angle: float
     rate: float
+    speed: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,20 +75,18 @@ class BreakAwayTorque:
     per_decade: tuple[float, float, float] | None
     per_rate: tuple[float, float, float] | None
 
-    def read_at(self, scale: float) -> Interval:
-        """Return the torque where the motor's is `scale` times the model's.
-
-        Its interval includes the error of reading a peak.
-        """
-        reading = _READING * self.value
-        return Interval(scale * self.value, scale * (self.low - reading), scale * (self.high + reading))
+    @property
+    def read(self) -> Interval:
+        """The mean with the error of reading a peak in its interval."""
+        reading = READING * self.value
+        return Interval(self.value, self.low - reading, self.high + reading)
 
 
 def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
-    """Return every break-away of a run, by the live estimates.
+    """Return every break-away of a run, by the friction at its ticks.
 
-    The plate had rested for 0.1 s and moved off slowly. The springs are those of the bench's model. What they have
-    wrong is even in the direction and cancels in a mean over both.
+    The plate had rested for 0.1 s and moved off slowly. What springs have wrong in that friction is even in the
+    direction and cancels in a mean over both.
     """
     found, gone = [], 0
     for since, left in _rests(ticks.time, ticks.angle, ticks.velocity):
@@ -257,4 +256,5 @@ def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | Non
     while high > low and means[high] > _RISE[1] * means[top]:
         high -= 1
     rate = (means[high] - means[low]) / ((high - low) * TICK) if high > low else math.nan
-    return BreakAway(means[top], direction, rest * TICK, start, rate)
+    speed = abs(float(ticks.angle[end]) - start) / ((end - left) * TICK)
+    return BreakAway(means[top], direction, rest * TICK, start, rate, speed)

@@ -214,7 +214,7 @@ class Diagnosis:
         fitted = fitted_numbers(assessment, throttle)
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
-        series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away, fit)
+        series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away)
         found = Findings(
             self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, unseen,
             fastest, far, assessment.broken_away, self._limits.dwell, reading, hot, MappingProxyType(series),

@@ -2,7 +2,7 @@
 
 The drift passes for friction that changes with speed, and the other way round.
 
-A friction check slides slowly first and fast last. What tells time from speed is what slow windows of one speed say at
+A friction check creeps first and is fast last. What tells time from speed is what slow windows of one speed say at
 different times. The springs, which time does not change, are left free, for what falls between opening and closing
 passes for one.
 """

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from etb_hil.diagnosis.break_away import break_away_torque
 from etb_hil.diagnosis.contradiction import Widening, widened
-from etb_hil.diagnosis.friction_model import grown_at_rest
+from etb_hil.diagnosis.hard_break_away import HardBreakAway, hard_break_away, pairs_of
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.assessment import Assessment
-    from etb_hil.diagnosis.break_away import BreakAway, BreakAwayTorque
+    from etb_hil.diagnosis.break_away import BreakAway
     from etb_hil.diagnosis.current_zero import Zero
     from etb_hil.diagnosis.drift import Drift
     from etb_hil.diagnosis.hot_motor import HotMotor
@@ -93,33 +92,26 @@ class Findings:
         return None if found is None else self.widening.of_stiction(found)
 
     @property
+    def hard_break_away(self) -> HardBreakAway | None:
+        """A break-away above the curve.
+
+        None, too, where a law of rest has them judged themselves.
+        """
+        fit, stiction = self.assessment.fit, self.stiction
+        if fit is None or stiction is None or self.dwell is not None:
+            return None
+        return hard_break_away(pairs_of(self.broken_away, self.throttle.limp_home), fit, stiction)
+
+    @property
     def above_curve(self) -> float:
         """By how many N·m break-aways reach above T_st, 0 where they agree."""
-        curve, broken = self.stiction, self._broken_away
-        if curve is None or broken is None or broken.low <= curve.high:
-            return 0.0
-        return broken.high - curve.high
+        return 0.0 if self.hard_break_away is None else self.hard_break_away.above
 
-    @property
-    def breaks_away_above(self) -> Reason | None:
-        """Why break-aways leave T_st open, None where none lies above the curve.
-
-        Contacts that age, by the likeliest law, explain it; where a limit states a law of rest, break-aways are judged
-        themselves.
-        """
-        fit, curve, broken = self.assessment.fit, self.stiction, self._broken_away
-        if fit is None or curve is None or broken is None or self.dwell is not None:
-            return None
-        most = curve.high + grown_at_rest(max(one.rest for one in self.broken_away), fit.parameters)
-        if broken.low <= most:
-            return None
-        text = f"the plate broke away at {broken.value:.3f} N·m, and the fitted curve has {most:.3f} at most"
-        return Reason("break_away_above", f"{text}: in slower motion, or after a longer rest, it may take more")
-
-    @property
-    def _broken_away(self) -> Interval | None:
-        found = break_away_torque(self.broken_away)
-        return None if found is None else found.read_at(self.scale)
+    def of_stiction(self, interval: Interval) -> Estimate:
+        """Return an estimate that rests on T_st, with what keeps it from a pass."""
+        above = None if self.hard_break_away is None else self.hard_break_away.reason
+        may_pass = self.unseen is None and above is None
+        return self.with_gain(interval, may_pass=may_pass, undecided=above or self.hides_stiction)
 
     @property
     def scale(self) -> float:
@@ -129,13 +121,6 @@ class Findings:
         """
         fit = self.assessment.fit
         return 1.0 if fit is None else 1.0 + float(fit.parameters[CONSTANT])
-
-    def broken_away_at(self, found: BreakAwayTorque) -> Estimate:
-        """Return the torque of break-aways, at the motor torque that the fit found.
-
-        Its interval includes the error of reading a peak.
-        """
-        return self.with_gain(found.read_at(self.scale))
 
     def with_gain(self, found: Interval, **more: object) -> Estimate:
         """Return an estimate whose interval includes the error of the current's gain."""

@@ -26,7 +26,7 @@ from etb_hil.recording.samples import Float64
 
 # rad/s, chosen: below the ramps of 0.4 rad/s, and not so low that bristles that bend by another law than LuGre's look
 # like a fall of N·m. A fall below 0.1 rad/s is seen by what it has left there.
-_FALLS = (0.1, 0.2)
+FALLS = (0.1, 0.2)
 
 
 def hidden_stiction(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> float:
@@ -38,12 +38,12 @@ def hidden_stiction(ticks: Ticks, windows: Windows, evidence: Evidence, prior: P
     if fit.shows_fall:
         if windows.shape is not NARROW:  # no bend of bristles is seen in wide windows
             return 0.0
-        return max(_second_fall(ticks, windows, evidence, prior, fit, weight, omega_s) for omega_s in _FALLS)
+        return max(_second_fall(ticks, windows, evidence, prior, fit, weight, omega_s) for omega_s in FALLS)
     free = replace(prior, precision=prior.precision.copy())
     free.precision[LOG_SPEED] = 0.0
     least, top = misfit_of(fit, free, weight), fit.stiction[0] + fit.reach(STICTION)
     highest = top
-    for omega_s in _FALLS:
+    for omega_s in FALLS:
         held = replace(free, mean=prior.mean.copy(), precision=free.precision.copy())
         held.mean[LOG_SPEED], held.precision[LOG_SPEED] = log(omega_s), CERTAIN
         start = fit.parameters.copy()

@@ -28,6 +28,7 @@ _LITTLE, _OF_WAY, _SLOW = 0.03, 0.2, 0.1
 # Share of T_c by which noise may change the inertia's torque in a narrow window. With six times that T_c is known to
 # 22 % by narrow windows and to 8 % by wide ones (`interval_coverage.py --track`), with 0.6 of it to the same.
 _OF_COULOMB = 0.01
+_RAMPS = 0.2  # rad/s, half the speed of the stock checks' slow ramps, which always count
 _GAIN = 70.0  # variance of a fourth difference of white noise: 1 + 16 + 36 + 16 + 1
 
 
@@ -62,13 +63,13 @@ def shape_for(ticks: Ticks, windows: Windows, throttle: ThrottleParameters) -> S
 
 
 def slowest_for(ticks: Ticks, windows: Windows, shape: Shape) -> float:
-    """Return the speed in rad/s below which noise of the angle turns bristles.
+    """Return the speed in rad/s from which windows of a shape count in a fit.
 
-    It does so even as a mean over a whole window. `windows` are narrow ones, `shape` is that of those that will be.
+    In slower motion noise of the angle turns bristles, even as a mean over a whole window. `windows` are narrow ones.
     """
     if not len(windows):
         return 0.0
-    return noise_of(ticks, windows) / (_OF_WAY * math.sqrt(2 * shape.half + 1) * TICK)
+    return min(noise_of(ticks, windows) / (_OF_WAY * math.sqrt(2 * shape.half + 1) * TICK), _RAMPS)
 
 
 def quieted(ticks: Ticks, windows: Windows, velocity: Float64, bristle: float) -> Quieted:

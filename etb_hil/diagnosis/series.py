@@ -13,7 +13,6 @@ from etb_hil.diagnosis.contradiction import Widening
 from etb_hil.diagnosis.friction_model import peak_left
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval
-from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.recording.samples import Float64
 
@@ -21,7 +20,7 @@ _POINTS = 201
 _SLOW = 0.3  # of the highest speed: beyond it, friction over angle would show the Stribeck curve
 
 
-def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> dict[str, Float64]:
+def break_away_columns(rests: Sequence[BreakAway]) -> dict[str, Float64]:
     """Return the columns of break-aways.
 
     With them come those of their means, where the torque rose at several rates. The means' intervals hold their scatter
@@ -30,10 +29,9 @@ def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> d
     rated = [one for one in rests if one.rate > 0.0]
     if not rated:
         return {}
-    scale = 1.0 if fit is None else 1.0 + float(fit.parameters[CONSTANT])
     columns = {
         "break_away_rate": np.array([one.rate for one in rated]),
-        "break_away_torque": np.array([one.direction * scale * one.torque for one in rated]),
+        "break_away_torque": np.array([one.direction * one.torque for one in rated]),
         "break_away_rest": np.array([one.rest for one in rated]),
         "break_away_angle": np.array([one.angle for one in rated]),
     }
@@ -42,9 +40,9 @@ def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> d
         return columns
     return columns | {
         "ramp_rate": np.array([rate for rate, _ in means]),
-        "ramp_torque": np.array([scale * found.value for _, found in means]),
-        "ramp_low": np.array([scale * found.low for _, found in means]),
-        "ramp_high": np.array([scale * found.high for _, found in means]),
+        "ramp_torque": np.array([found.value for _, found in means]),
+        "ramp_low": np.array([found.low for _, found in means]),
+        "ramp_high": np.array([found.high for _, found in means]),
     }
 
 

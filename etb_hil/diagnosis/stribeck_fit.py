@@ -304,11 +304,19 @@ def _conclude(evidence: Evidence, prior: Prior, found: Linearised, kind: Int64) 
     spread = Spread(_padded(steps), known)
     if not spread.is_finite:
         return None
+    counted = min(float(bread[COULOMB, COULOMB]) / float(spread.covariance[COULOMB, COULOMB]), 1.0)
+    return StribeckFit(q, spread, friction_of(evidence, q), residual, jacobian, counted)
+
+
+def friction_of(evidence: Evidence, q: Float64) -> Float64:
+    """Return the friction torque of windows (m) in N·m.
+
+    The model's errors that parameters (20) have are taken off.
+    """
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
-    friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
-    counted = min(float(bread[COULOMB, COULOMB]) / float(spread.covariance[COULOMB, COULOMB]), 1.0)
-    return StribeckFit(q, spread, friction, residual, jacobian, counted)
+    friction: Float64 = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
+    return friction
 
 
 def widened_by(

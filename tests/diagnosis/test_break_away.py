@@ -64,7 +64,7 @@ def test_one_for_every_rest_and_a_spring_that_is_off_cancels():
 def test_intervals_of_few_break_aways_are_students():
     # Two of each direction: 4.303 standard errors with two degrees of freedom. Four and three rests: one over a line.
     def one(torque, direction, rest=0.5):
-        return BreakAway(torque, direction, rest, 0.6, math.nan)
+        return BreakAway(torque, direction, rest, 0.6, math.nan, 0.08)
 
     torque = break_away_torque([one(0.16, 1), one(0.18, 1), one(0.17, -1), one(0.17, -1)])
     assert torque.value == pytest.approx(0.17)

@@ -54,8 +54,7 @@ def test_break_away_above_the_curve_is_said_and_the_unit_does_not_pass():
     result = judged(Unit(sticks=0.12, sticks_below=0.03, bristle_stiffness=150.0), creeps=CREEPS)
     broken, curve = result.measurements.get("T_st_break_away"), result.measurements.get("T_st")
     assert curve.value < broken.low
-    assert curve.high == pytest.approx(broken.high, rel=0.02)  # the gain of the current, twice
-    assert broken.high < 0.26
+    assert broken.value < curve.high < 0.26
     assert (result.verdict, result.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "break_away_above")
 
 

@@ -19,10 +19,7 @@ def _margin(run: Findings) -> Estimate | None:
         return None
     holds = "; friction holds the plate against its springs" if found.value <= 0.0 else ""
     margin = run.widening.of_margin(found, stiction.value)
-    margin = replace(margin, low=margin.low - run.above_curve)
-    above = run.breaks_away_above
-    may_pass = run.unseen is None and above is None
-    return run.with_gain(margin, may_pass=may_pass, undecided=above or run.hides_stiction, if_failed=holds)
+    return replace(run.of_stiction(replace(margin, low=margin.low - run.above_curve)), if_failed=holds)
 
 
 MEASUREMENT = MeasurementKind(

@@ -17,11 +17,8 @@ def _stiction(run: Findings) -> Estimate | None:
 
     Its interval is as wide as an uneven way makes it, and has what slower motion may hide and break-aways show.
     """
-    found, above = run.stiction, run.breaks_away_above
-    if found is None:
-        return None
-    found = replace(found, high=found.high + run.above_curve)
-    return run.with_gain(found, may_pass=run.unseen is None and above is None, undecided=above or run.hides_stiction)
+    found = run.stiction
+    return None if found is None else run.of_stiction(replace(found, high=found.high + run.above_curve))
 
 
 MEASUREMENT = MeasurementKind(

@@ -18,7 +18,7 @@ def _at_rates(run: Findings) -> Iterator[Estimate]:
     """Yield the mean break-away friction of each group of ramps, slow ones first."""
     for k, (rate, found) in enumerate(at_rates(run.broken_away, None if run.dwell is None else run.dwell.factor), 1):
         yield replace(
-            run.broken_away_at(found), note=f"mean of {found.count}", suffix=f"_{k}", name=f"{rate:.2g} N·m/s"
+            run.with_gain(found.read), note=f"mean of {found.count}", suffix=f"_{k}", name=f"{rate:.2g} N·m/s"
         )
 
 

@@ -25,7 +25,7 @@ def _break_away(run: Findings) -> Estimate | None:
     note = f"mean of {found.count}, in both directions"
     if law is not None:
         note += f", brought to a rest of {law.reference:g} s"
-    return replace(run.broken_away_at(found), note=note)
+    return replace(run.with_gain(found.read), note=note)
 
 
 MEASUREMENT = MeasurementKind(

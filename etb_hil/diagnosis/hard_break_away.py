@@ -1,0 +1,57 @@
+"""Break-aways from rest that take more torque than the fitted curve has.
+
+An opening break-away and the closing one after it turn friction round against the same spring: what is wrong with the
+spring cancels in their mean. The hardest pair counts, since a mean over places would hide one that sticks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from etb_hil.diagnosis.break_away import READING, BreakAway
+from etb_hil.diagnosis.friction_model import grown_at_rest
+from etb_hil.diagnosis.interval import Interval
+from etb_hil.diagnosis.result import Reason
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
+
+
+@dataclass(frozen=True, slots=True)
+class HardBreakAway:
+    """A break-away that reaches `above` N·m beyond the interval of T_st.
+
+    `reason` says that it leaves T_st open; None where contacts that age, by the fitted law, explain it.
+    """
+
+    above: float
+    reason: Reason | None
+
+
+def pairs_of(found: Sequence[BreakAway], limp_home: float) -> list[tuple[BreakAway, BreakAway]]:
+    """Return break-aways that open, each with the one after it.
+
+    That one closes against the same spring.
+    """
+    return [
+        (opening, closing)
+        for opening, closing in pairwise(found)
+        if opening.direction > closing.direction and (opening.angle - limp_home) * (closing.angle - limp_home) > 0.0
+    ]
+
+
+def hard_break_away(
+    pairs: Sequence[tuple[BreakAway, BreakAway]], fit: StribeckFit, stiction: Interval
+) -> HardBreakAway | None:
+    """Return what the hardest pair says beyond T_st, None where it agrees."""
+    if not pairs:
+        return None
+    torque, rest = max((0.5 * (one.torque + other.torque), max(one.rest, other.rest)) for one, other in pairs)
+    low, high = torque * (1.0 - READING), torque * (1.0 + READING)
+    if low <= stiction.high:
+        return None
+    most, reason = stiction.high + grown_at_rest(rest, fit.parameters), None
+    if low > most:
+        text = f"the plate broke away at {torque:.3f} N·m, and the fitted curve has {most:.3f} at most"
+        reason = Reason("break_away_above", f"{text}: in slower motion, or after a longer rest, it may take more")
+    return HardBreakAway(high - stiction.high, reason)
