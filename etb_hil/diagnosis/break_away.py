@@ -32,6 +32,7 @@ _MOVED = 0.04  # rad: beyond presliding
 _SLID = 0.07  # rad: bristles that bend by 10 mrad, a sticky unit's, keep 3 % of their way after 0.04, 0.2 % after this
 _LONGEST = 4000  # ticks from rest to having moved that far
 _SLOW = 0.3  # rad/s: a faster start is no ramp of the torque; the stock scenario's fastest has 0.25
+_RAMP = 50  # ticks: where the torque rose for as long, a plate that leaves its rest faster jumped
 _MEAN = 10  # ticks that a peak is the mean of: noise has peaks of its own
 _CLEAR = 0.02  # rad from limp-home and the stops, whose torque jumps
 _RISE = (0.5, 0.9)  # shares of a peak between which its rate is taken
@@ -234,12 +235,10 @@ def _slid(ticks: Ticks, left: int, end: int) -> int:
 def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | None:
     """Return the break-away of a plate, from the ticks of its rest and its motion.
 
-    The plate rested from the tick `rested` to `left`, and is clear of its rest at `end`. None where it did not move off
-    slowly.
+    The plate rested from the tick `rested` to `left`, and is clear of its rest at `end`. None where it moved off at
+    once, under no slow ramp of the torque.
     """
     start = float(ticks.angle[left])
-    if abs(ticks.velocity[end]) > _SLOW:
-        return None
     direction = 1 if ticks.angle[end] > start else -1
     along = direction * ticks.friction[rested : _slid(ticks, left, end) + 1]
     if len(along) <= _MEAN or np.any(np.isnan(along)):
@@ -255,6 +254,8 @@ def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | Non
         low -= 1
     while high > low and means[high] > _RISE[1] * means[top]:
         high -= 1
+    if abs(ticks.velocity[end]) > _SLOW and high - low < _RAMP:
+        return None
     rate = (means[high] - means[low]) / ((high - low) * TICK) if high > low else math.nan
     speed = abs(float(ticks.angle[end]) - start) / ((end - left) * TICK)
     return BreakAway(means[top], direction, rest * TICK, start, rate, speed)
