@@ -100,7 +100,8 @@ class Findings:
         fit, stiction = self.assessment.fit, self.stiction
         if fit is None or stiction is None or self.dwell is not None:
             return None
-        return hard_break_away(pairs_of(self.broken_away, self.throttle.limp_home), fit, stiction)
+        pairs = pairs_of(self.broken_away, self.throttle.limp_home)
+        return hard_break_away(pairs, self.assessment.evidence, fit, stiction)
 
     @property
     def above_curve(self) -> float:

@@ -1,7 +1,8 @@
 """Break-aways from rest that take more torque than the fitted curve has.
 
 An opening break-away and the closing one after it turn friction round against the same spring: what is wrong with the
-spring cancels in their mean. The hardest pair counts, since a mean over places would hide one that sticks.
+spring cancels in their mean. The hardest pair counts, since a mean over places would hide one that sticks. What a place
+has in sliding as well, as a bump, is no matter of break-away.
 """
 
 from __future__ import annotations
@@ -10,11 +11,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from etb_hil.diagnosis.break_away import READING, BreakAway
+from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import grown_at_rest
 from etb_hil.diagnosis.interval import Interval
+from etb_hil.diagnosis.local_friction import CELL, FASTEST, SURE, local_means
+from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
+
+_CREEPS = 0.2  # rad/s, half the speed of the stock checks' slow ramps: slower windows are of the break-aways themselves
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +49,34 @@ def pairs_of(found: Sequence[BreakAway], limp_home: float) -> list[tuple[BreakAw
 
 
 def hard_break_away(
-    pairs: Sequence[tuple[BreakAway, BreakAway]], fit: StribeckFit, stiction: Interval
+    pairs: Sequence[tuple[BreakAway, BreakAway]], evidence: Evidence, fit: StribeckFit, stiction: Interval
 ) -> HardBreakAway | None:
     """Return what the hardest pair says beyond T_st, None where it agrees."""
     if not pairs:
         return None
-    torque, rest = max((0.5 * (one.torque + other.torque), max(one.rest, other.rest)) for one, other in pairs)
+    local = [_local(evidence, fit, one.angle, other.angle) for one, other in pairs]
+    torques = [0.5 * (one.torque + other.torque) for one, other in pairs]
+    hardest = max(range(len(pairs)), key=lambda k: torques[k] - local[k])
+    torque, (one, other) = torques[hardest], pairs[hardest]
     low, high = torque * (1.0 - READING), torque * (1.0 + READING)
-    if low <= stiction.high:
+    here = stiction.high + local[hardest]
+    if low <= here:
         return None
-    most, reason = stiction.high + grown_at_rest(rest, fit.parameters), None
+    most, reason = here + grown_at_rest(max(one.rest, other.rest), fit.parameters), None
     if low > most:
         text = f"the plate broke away at {torque:.3f} N·m, and the fitted curve has {most:.3f} at most"
         reason = Reason("break_away_above", f"{text}: in slower motion, or after a longer rest, it may take more")
     return HardBreakAway(high - stiction.high, reason)
+
+
+def _local(evidence: Evidence, fit: StribeckFit, start: float, end: float) -> float:
+    """Return by how many N·m faster sliding may be above the curve.
+
+    It is seen from one angle to another, in rad.
+    """
+    speed = np.abs(evidence.velocity)
+    faster = (speed > _CREEPS) & (speed < FASTEST)
+    residual = fit.residual[faster] * (1.0 + fit.parameters[CONSTANT])
+    angle, odd, _, error = local_means(evidence.position[faster], evidence.velocity[faster], residual, evidence.overlap)
+    near = (angle > start - CELL) & (angle < end + CELL)
+    return max((odd + SURE * error)[near].max(initial=0.0), 0.0)

@@ -20,7 +20,7 @@ CELL = 0.0175  # rad, 1 deg
 SURE = 3.0  # standard errors by which friction at a place is higher; false fails by it: benchmarks/random_units.py
 OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
-_FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
+FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 _FEWEST = 5  # windows a cell and direction: 16 ms and more each way
 
 
@@ -40,7 +40,7 @@ class LocalFriction:
 
 def local_friction(evidence: Evidence, fit: StribeckFit) -> LocalFriction:
     """Return what the fit leaves over in each cell."""
-    slow = np.abs(evidence.velocity) < _FASTEST
+    slow = np.abs(evidence.velocity) < FASTEST
     residual = fit.residual[slow] * (1.0 + fit.parameters[CONSTANT])
     parts = local_means(evidence.position[slow], evidence.velocity[slow], residual, evidence.overlap)
     return LocalFriction(*parts)

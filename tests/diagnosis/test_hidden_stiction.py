@@ -65,7 +65,15 @@ def test_friction_that_grew_above_the_limit_at_rest_is_not_explained_by_its_law(
     assert {"T_st_unexplained", "another_friction_law"} <= ids(result)
 
 
-@pytest.mark.parametrize("unit", [Unit(), Unit(law=ELASTO_PLASTIC), Unit(dwell=0.05)], ids=["LuGre", "bristles", "age"])
+HEALTHY = {
+    "LuGre": Unit(),
+    "bristles": Unit(law=ELASTO_PLASTIC),
+    "age": Unit(dwell=0.05),
+    "bump where it breaks away": Unit(bump=0.25, bump_angle=1.05, bump_width=0.06),
+}
+
+
+@pytest.mark.parametrize("unit", HEALTHY.values(), ids=HEALTHY)
 def test_healthy_units_that_creep_pass(unit):
     result = judged(unit, creeps=CREEPS)
     found = result.measurements.get("T_st")
