@@ -146,7 +146,8 @@ def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fi
     evidence = gather_evidence(ticks, windows, velocity, throttle, windows.centre)
     friction = friction_of(evidence, fit.parameters)
     if shape is not NARROW:  # of a plate that creeps, the inertia's torque is noise of a coarse angle
-        friction = friction + (1.0 + fit.parameters[INERTIA]) * evidence.errors[:, 0]
+        without = friction + (1.0 + fit.parameters[INERTIA]) * evidence.errors[:, 0]
+        friction = np.where(np.abs(without) < np.abs(friction), without, friction)
     return replace(ticks, friction=np.interp(np.arange(len(ticks)), windows.centre, friction))
 
 

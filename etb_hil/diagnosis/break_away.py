@@ -245,7 +245,9 @@ def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | Non
         return None
     means = [float(np.mean(along[k : k + _MEAN])) for k in range(len(along) - _MEAN)]
     rest = max(left - rested, 1)
-    least = min(range(min(rest, len(means))), key=means.__getitem__)  # before it, the plate may still have been arriving
+    least = min(
+        range(min(rest, len(means))), key=means.__getitem__
+    )  # before it, the plate may still have been arriving
     top = max(range(least, len(means)), key=means.__getitem__)
     base = sorted(means[:rest])[rest // 2]
     begun = max(_RISE[0] * means[top], base + _LEAST_RISE * (means[top] - base))
