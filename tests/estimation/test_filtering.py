@@ -42,7 +42,7 @@ SMALL = Disturbance(1e-3, 1e-2)
 
 def _record(unit, bench, seed):
     """Return a record of a friction check until the bridge opens, its model, and the truth at its samples."""
-    motion = truth, phases = friction_check(unit, speeds=(1.6,), dashes=1)
+    motion = truth, phases = friction_check(unit, creeps=(), speeds=(1.6,), dashes=1)
     made, model = record_until_the_bridge_opens(unit, bench, motion, RATE, seed)
     at = slice(0, phases[-1][1], 20000 // RATE)
     return made, model, np.column_stack([truth.angle[at], truth.velocity[at]])

@@ -21,7 +21,7 @@ STEP = 1e-5  # rad
 @pytest.fixture(scope="module")
 def motion():
     """Return a record of a healthy unit's friction check until the bridge opens, and its model."""
-    motion = friction_check(Unit(), speeds=(1.6,), dashes=1)
+    motion = friction_check(Unit(), creeps=(), speeds=(1.6,), dashes=1)
     return record_until_the_bridge_opens(Unit(), Unit(), motion, RATE, 31)
 
 

@@ -28,7 +28,7 @@ STEP = 0.05
 @pytest.fixture(scope="module")
 def healthy():
     """Return a record of a healthy unit's friction check until the bridge opens, and its model."""
-    motion = friction_check(Unit(), speeds=(1.6,), dashes=1)
+    motion = friction_check(Unit(), creeps=(), speeds=(1.6,), dashes=1)
     return record_until_the_bridge_opens(Unit(), Unit(), motion, RATE, 61)
 
 

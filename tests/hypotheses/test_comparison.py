@@ -30,7 +30,7 @@ FAULTS = {
 def _columns(unit, gain, seed):
     """Return time and columns of a friction check until the bridge opens, and the bench's model."""
     rng = np.random.default_rng(seed)
-    truth, phases = friction_check(unit)
+    truth, phases = friction_check(unit, creeps=())
     seen = sense(unit, truth, RATE, rng, current_offset=0.0)
     rows = slice(0, phases[-1][1] * RATE // round(1.0 / SAMPLE_S))
     columns = {

@@ -14,7 +14,7 @@ CLEAR = 0.02  # rad from limp-home and stops
 
 
 def _check(unit):
-    truth, _ = friction_check(unit)
+    truth, _ = friction_check(unit, creeps=())
     return truth, sense(unit, truth, RATE, np.random.default_rng(11), current_offset=0.0)
 
 

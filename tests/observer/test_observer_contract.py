@@ -26,7 +26,7 @@ every_observer = pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVE
 
 @pytest.fixture(scope="module")
 def healthy():
-    truth, _ = friction_check(Unit())
+    truth, _ = friction_check(Unit(), creeps=())
     return truth, {
         rate: sense(Unit(), truth, rate, np.random.default_rng(1), current_offset=0.0) for rate in (1000, 20000)
     }
@@ -126,7 +126,7 @@ def test_rate_that_changes_while_it_runs(make, healthy):
 
 @pytest.mark.parametrize("rate", [1000, 20000])
 def test_stated_delay_is_the_one_that_fits(rate):
-    truth, _ = friction_check(FAULTY)
+    truth, _ = friction_check(FAULTY, creeps=())
     sensed = sense(FAULTY, truth, rate, np.random.default_rng(2), current_offset=0.0)
     estimate = _push(OBSERVERS["angle"](), sensed)
     every = 20000 // rate
