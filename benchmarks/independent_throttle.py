@@ -29,6 +29,7 @@ _PULLED = 2000.0  # 1/s, how fast an element that slips follows its limit
 _SLIPS_ON = 0.97
 _TEETH = (1000.0, 0.1)  # N·m/rad and N·m s/rad of teeth that touch, where the gear has play
 _PLATE = 4e-5  # kg m^2 of the inertia that is the plate's
+# rad, from where the plate creeps in the stock check
 CREEPS = (math.radians(25.0), math.radians(60.0))
 
 

@@ -56,7 +56,7 @@ class Assessment:
     There are no `laws` where the run does not carry a fit. Windows in bumps are in the `evidence`, but they do not
     count in the fit. `drift` is how friction changed along the run, None where no change was found. `broken_away` are
     the break-aways from rest. `hidden` N·m: by how much T_st may be above what the fits say, as friction may rise below
-    the speeds of a run that has none as slow.
+    the speeds of a run without slow break-aways.
     """
 
     ticks: Ticks

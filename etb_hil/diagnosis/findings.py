@@ -78,7 +78,7 @@ class Findings:
 
     @property
     def hides_stiction(self) -> Reason | None:
-        """Why slower motion leaves T_st open, None where it hides little."""
+        """Why T_st may be higher in slower motion, None where that is little."""
         stiction, hidden = self.fitted.get("T_st"), self.assessment.hidden
         if stiction is None or hidden <= stiction.value - stiction.low:
             return None
@@ -97,11 +97,7 @@ class Findings:
 
         None, too, where a law of rest has them judged themselves.
         """
-        fit, stiction = self.assessment.fit, self.stiction
-        if fit is None or stiction is None or self.dwell is not None:
-            return None
-        pairs = pairs_of(self.broken_away, self.throttle.limp_home)
-        return hard_break_away(pairs, self.assessment.evidence, fit, stiction)
+        return self.once(_hard_break_away)
 
     @property
     def above_curve(self) -> float:
@@ -127,3 +123,11 @@ class Findings:
         """Return an estimate whose interval includes the error of the current's gain."""
         low, high = widened(found.value, found.low, found.high, self.widening.gain)
         return Estimate(found.value, found.low if found.low == 0.0 else low, high, **more)  # type: ignore[arg-type]
+
+
+def _hard_break_away(run: Findings) -> HardBreakAway | None:
+    fit, stiction = run.assessment.fit, run.stiction
+    if fit is None or stiction is None or run.dwell is not None:
+        return None
+    pairs = pairs_of(run.broken_away, run.throttle.limp_home)
+    return hard_break_away(pairs, run.assessment.evidence, fit, stiction)

@@ -13,9 +13,9 @@ from etb_hil.diagnosis.limits_file import load_limits
 LIMITS = load_limits(find("limits", "default"))
 
 
-def judge(unit, rate, *seeds):
+def judge(unit, rate, *seeds, **motion):
     """Return what the diagnosis says with the noise of each seed, and from when to when in s the plate moved."""
-    run, phases = friction_check(unit)
+    run, phases = friction_check(unit, **motion)
     results = []
     for seed in seeds:
         rng = np.random.default_rng(seed)
@@ -78,7 +78,22 @@ def test_friction_that_stays_drifts_nowhere(rate):
         assert result.verdict is UnitVerdict.PASS
 
 
-@pytest.mark.parametrize(("drift", "ends"), [(-0.05, 1.0), (0.05, 1.0), (-0.05, 3.0), (-0.2, 1.0), (-0.05, 6.0)])
+ENDS = pytest.mark.parametrize(("drift", "ends"), [(-0.05, 1.0), (0.05, 1.0), (-0.05, 3.0), (-0.2, 1.0), (-0.05, 6.0)])
+
+
+@ENDS
+def test_a_drift_that_ends_within_the_run_leaves_no_curve_over_speed(drift, ends):
+    unit = Unit(drift=drift, drift_ends=ends)
+    (result,), _, end = judge(unit, 20000, 23, creeps=())
+    assert result.measurements.get("omega_s") is None
+    assert result.measurements.get("viscous") is None
+    last = (1.0 + drift * ends * (1.0 - np.exp(-end / ends))) * unit.coulomb
+    assert result.measurements.get("T_c").low == 0.0
+    assert result.measurements.get("T_c").high > last
+    assert result.verdict is not UnitVerdict.FAIL
+
+
+@ENDS
 def test_a_drift_that_ends_within_the_run_gives_no_wrong_curve_over_speed(drift, ends):
     unit = Unit(drift=drift, drift_ends=ends)
     (result,), _, end = judge(unit, 20000, 23)

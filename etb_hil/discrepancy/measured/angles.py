@@ -17,7 +17,7 @@ _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 _FEW, _WHOLE = 3.5, 0.05  # steps at a time that have to be whole ones, but for the digits of a file
 _A_TURN = 2.0 * math.pi * 1.001  # rad, with what the digits of a file round
 _NO_GAP = 1.5  # times the step of a record: between such samples none is missing
-_FASTER = 2.0  # times the longest step that is no jump: a motion may be its fastest where it passes a whole turn
+_FASTER = 2.0  # times the longest step below half a turn: a motion may be at its fastest where it passes a whole turn
 _OUTLIERS = (0.001, 0.999)  # shares of the samples outside of which a bad one may lie
 _COUNT_ON = "add a turn at each jump (numpy.unwrap), or record an angle that counts on"
 _STANDS_FOR_IT = "the plate sensor is used instead, and gear and shaft are not seen"
@@ -87,7 +87,7 @@ def must_count_turns(origin: str, seconds: Float64, columns: Mapping[str, Float6
         jumps = np.flatnonzero(follows & (moved > math.pi) & (np.abs(moved - 2.0 * math.pi) < _FASTER * most))
         if len(jumps) and float(np.ptp(np.quantile(angle, _OUTLIERS))) <= _A_TURN:
             value = f"{math.degrees(moved[jumps[0]]):.0f} deg at {at[jumps[0]]:.3f} s"
-            what = f"{origin}: {role} jumps by about a turn: it begins anew after each turn, and a motion counts on"
+            what = f"{origin}: {role} jumps by about a turn: it begins anew after each turn"
             raise InputError(Problem(what, value=value, allowed="less than 180 deg", remedy=_COUNT_ON))
 
 
