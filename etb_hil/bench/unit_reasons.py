@@ -34,6 +34,11 @@ UNIT_REASONS = {
         True,
     ),
     "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
+    "pushed_at_turn": Wording(
+        "Where the plate turned back, a stop is not where the model says, or friction is higher.",
+        "Check by hand where the stops are. If they are where the model says, look for dirt or wear at that end.",
+        True,
+    ),
     "motor_hot": Wording(
         "The motor differs from the model as if much warmer than its housing. Worn brushes look the same.",
         "Let the unit cool for 10 minutes, then repeat. If this remark stays, check the brushes.",

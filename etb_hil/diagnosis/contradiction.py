@@ -97,21 +97,37 @@ def withholding(
 ) -> list[Reason]:
     """Return why this model and these motions tell nothing of friction.
 
-    The gravest reason comes first. A motor that is `hot`, and the model's for all that, contradicts nothing.
+    The gravest reason comes first. `local` is of windows in which no bristles bend. A motor that is `hot`, and the
+    model's for all that, contradicts nothing.
     """
     found = []
     if assessment.balance is not None and hot is None:
         found += _motor(assessment.balance, model, throttle)
-    if local is not None and len(local.angle):
-        worst = int(np.argmax(np.abs(local.even) - _SURE * local.error))
-        if abs(local.even[worst]) - _SURE * local.error[worst] > _ELSEWHERE:
-            text = (
-                f"at {math.degrees(local.angle[worst]):.1f} deg the plate is pushed by {local.even[worst]:+.3f} "
-                "N·m in both "
-                "directions of motion, more than the model's springs: limp-home or a stop stands elsewhere"
-            )
-            found.append(_contradiction("spring_elsewhere", text))
+    if text := _pushed(local):
+        found.append(_contradiction("spring_elsewhere", f"{text}: limp-home or a stop stands elsewhere"))
     return [*found, *_one_way(assessment)]
+
+
+def turning_remarks(local: LocalFriction | None) -> list[Reason]:
+    """Return a remark on a push that is seen with windows in which bristles may bend.
+
+    Alone these do not distinguish a stop that the plate turns back at from friction that is higher there.
+    """
+    text = _pushed(local)
+    return [Reason("pushed_at_turn", f"{text}: a stop stands elsewhere, or friction is higher there")] if text else []
+
+
+def _pushed(local: LocalFriction | None) -> str:
+    """Return where the plate is certainly pushed beyond springs, empty if nowhere."""
+    if local is None or not len(local.angle):
+        return ""
+    worst = int(np.argmax(np.abs(local.even) - _SURE * local.error))
+    if abs(local.even[worst]) - _SURE * local.error[worst] <= _ELSEWHERE:
+        return ""
+    return (
+        f"at {math.degrees(local.angle[worst]):.1f} deg the plate is pushed by {local.even[worst]:+.3f} N·m in both "
+        "directions of motion, more than the model's springs"
+    )
 
 
 def _one_way(assessment: Assessment) -> list[Reason]:

@@ -20,6 +20,7 @@ from etb_hil.diagnosis.contradiction import (
     remarks,
     resistance_at_rest,
     resistance_fits,
+    turning_remarks,
     withholding,
 )
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
@@ -192,10 +193,11 @@ class Diagnosis:
         reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
         fit = assessment.fit
         local = None if fit is None else local_friction(assessment.evidence, fit)
+        sliding = None if fit is None else local_friction(assessment.evidence, fit, slides=True)
         hot = heated(assessment.balance, self._model, throttle, self._zero.temperature)
         untold = [
             *against_motor(ticks, self._model, throttle),
-            *withholding(assessment, local, self._model, throttle, hot),
+            *withholding(assessment, sliding, self._model, throttle, hot),
         ]
         withheld = [*untold, *without_temperature(self._limits, self._zero.temperature)]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
@@ -237,6 +239,7 @@ class Diagnosis:
             remarks=(
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *hot_motor_remarks(hot),
+                *([] if untold else turning_remarks(local)),
                 *(() if fit is None else law_remarks(fit)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),

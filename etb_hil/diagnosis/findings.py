@@ -93,7 +93,7 @@ class Findings:
 
     @property
     def hard_break_away(self) -> HardBreakAway | None:
-        """A break-away above the curve.
+        """The hardest break-away, None where none was read.
 
         None, too, where a law of rest has them judged themselves.
         """

@@ -15,10 +15,11 @@ import numpy as np
 
 from etb_hil.diagnosis.break_away import READING, BreakAway
 from etb_hil.diagnosis.evidence import Evidence
-from etb_hil.diagnosis.friction_model import grown_at_rest
+from etb_hil.diagnosis.friction_model import AGEING, grown_at_rest
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.local_friction import CELL, FASTEST, SURE, local_means
-from etb_hil.diagnosis.prior import CONSTANT
+from etb_hil.diagnosis.prior import ANY_AGEING, CONSTANT
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 
@@ -27,12 +28,15 @@ _CREEPS = 0.2  # rad/s, half the speed of the stock checks' slow ramps: slower w
 
 @dataclass(frozen=True, slots=True)
 class HardBreakAway:
-    """A break-away that reaches `above` N·m beyond the interval of T_st.
+    """The pair of break-aways that took most beyond sliding at its place.
 
-    `reason` says that it leaves T_st open; None where contacts that age, by the fitted law, explain it.
+    It reaches `above` N·m beyond the interval of T_st, 0 where they agree. T_st is `least` at least: what the pair
+    took, its lower end without what sliding at its place and a rest may have added. `reason` says that the pair leaves
+    T_st open; None where it agrees, or contacts that age, by the fitted law, explain it.
     """
 
     above: float
+    least: Interval
     reason: Reason | None
 
 
@@ -51,22 +55,25 @@ def pairs_of(found: Sequence[BreakAway], limp_home: float) -> list[tuple[BreakAw
 def hard_break_away(
     pairs: Sequence[tuple[BreakAway, BreakAway]], evidence: Evidence, fit: StribeckFit, stiction: Interval
 ) -> HardBreakAway | None:
-    """Return what the hardest pair says beyond T_st, None where it agrees."""
+    """Return what the hardest pair says of T_st, None without a pair."""
     if not pairs:
         return None
     local = [_local(evidence, fit, one.angle, other.angle) for one, other in pairs]
     torques = [0.5 * (one.torque + other.torque) for one, other in pairs]
     hardest = max(range(len(pairs)), key=lambda k: torques[k] - local[k])
     torque, (one, other) = torques[hardest], pairs[hardest]
-    low, high = torque * (1.0 - READING), torque * (1.0 + READING)
+    low, high, rest = torque * (1.0 - READING), torque * (1.0 + READING), max(one.rest, other.rest)
+    aged = fit.parameters.copy()
+    aged[AGEING] = max(aged[AGEING], TWO_SIDED_95 * ANY_AGEING * min(stiction.high, torque))
+    least = Interval(torque, low - local[hardest] - grown_at_rest(rest, aged), high)
     here = stiction.high + local[hardest]
     if low <= here:
-        return None
-    most, reason = here + grown_at_rest(max(one.rest, other.rest), fit.parameters), None
+        return HardBreakAway(0.0, least, None)
+    most, reason = here + grown_at_rest(rest, fit.parameters), None
     if low > most:
         text = f"the plate broke away at {torque:.3f} N·m, and the fitted curve has {most:.3f} at most"
         reason = Reason("break_away_above", f"{text}: in slower motion, or after a longer rest, it may take more")
-    return HardBreakAway(high - stiction.high, reason)
+    return HardBreakAway(high - stiction.high, least, reason)
 
 
 def _local(evidence: Evidence, fit: StribeckFit, start: float, end: float) -> float:
@@ -79,4 +86,4 @@ def _local(evidence: Evidence, fit: StribeckFit, start: float, end: float) -> fl
     residual = fit.residual[faster] * (1.0 + fit.parameters[CONSTANT])
     angle, odd, _, error = local_means(evidence.position[faster], evidence.velocity[faster], residual, evidence.overlap)
     near = (angle > start - CELL) & (angle < end + CELL)
-    return max((odd + SURE * error)[near].max(initial=0.0), 0.0)
+    return float(max((odd + SURE * error)[near].max(initial=0.0), 0.0))

@@ -25,10 +25,13 @@ _LEAST = 0.5  # share of what copper and magnets do at a temperature: where one 
 class HotMotor:
     """By how many `kelvin` a motor is warmer than its housing.
 
-    `resistance` and `constant` are the shares by which these differ from the model's.
+    From `low` to `high` resistance and back-EMF are both explained. `resistance` and `constant` are the shares by which
+    these differ from the model's.
     """
 
     kelvin: float
+    low: float
+    high: float
     resistance: float
     constant: float
 
@@ -64,11 +67,12 @@ def hot_motor(
     if copper <= 0.0 or magnets >= 0.0 or square <= 0.0:
         return None
     kelvin = (rise * resistance / reach[0] + fall * constant / reach[1]) / square
-    explains = abs(resistance - copper * kelvin) <= reach[0] and abs(constant - magnets * kelvin) <= reach[1]
+    low = max((resistance - reach[0]) / copper, (constant + reach[1]) / magnets, 0.0)
+    high = min((resistance + reach[0]) / copper, (constant - reach[1]) / magnets, _HOTTEST - base)
     both = resistance >= _LEAST * copper * kelvin and constant <= _LEAST * magnets * kelvin
-    if not (explains and both and 0.0 < kelvin < _HOTTEST - base):
+    if not (both and low <= kelvin <= high and 0.0 < kelvin < _HOTTEST - base):
         return None
-    return HotMotor(kelvin, resistance, constant)
+    return HotMotor(kelvin, low, high, resistance, constant)
 
 
 def hot_motor_remarks(found: HotMotor | None) -> list[Reason]:
@@ -76,7 +80,7 @@ def hot_motor_remarks(found: HotMotor | None) -> list[Reason]:
     if found is None:
         return []
     text = (
-        f"motor about {found.kelvin:.0f} K above housing: winding resistance {found.resistance:+.1%}, torque constant "
-        f"{found.constant:+.1%}; worn brushes look the same"
+        f"motor about {found.kelvin:.0f} K above housing ({found.low:.0f} to {found.high:.0f} K): winding resistance "
+        f"{found.resistance:+.1%}, torque constant {found.constant:+.1%}; worn brushes look the same"
     )
     return [Reason("motor_hot", text)]

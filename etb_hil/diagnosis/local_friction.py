@@ -38,9 +38,15 @@ class LocalFriction:
     error: Float64
 
 
-def local_friction(evidence: Evidence, fit: StribeckFit) -> LocalFriction:
-    """Return what the fit leaves over in each cell."""
+def local_friction(evidence: Evidence, fit: StribeckFit, *, slides: bool = False) -> LocalFriction:
+    """Return what the fit leaves over in each cell.
+
+    With `slides` windows in which bristles may bend are left out. By such windows friction that is higher at a turning
+    point seems to push: in the direction in which the plate turned back, bristles have yet to bend.
+    """
     slow = np.abs(evidence.velocity) < FASTEST
+    if slides:
+        slow &= evidence.slides
     residual = fit.residual[slow] * (1.0 + fit.parameters[CONSTANT])
     parts = local_means(evidence.position[slow], evidence.velocity[slow], residual, evidence.overlap)
     return LocalFriction(*parts)

@@ -49,7 +49,7 @@ _ANY_VISCOSITY = 1.0  # times the model's
 # Mean and standard deviation of the logarithm of the Stribeck curve's exponent, where it is not the paper's: 0.5 to 2
 # are in use (Armstrong-Helouvry 1991), 8 is a step.
 ANY_EXPONENT, _ANY_EXPONENT = 0.0, 0.7
-_ANY_AGEING = 0.08  # times T_st, a unit of the logarithm of the contacts' age
+ANY_AGEING = 0.08  # times T_st, a unit of the logarithm of the contacts' age
 _ONSET = 0.1  # s
 _ANY_AGE = 1.0  # of the logarithms of the way that renews contacts and of the age from which it counts
 # Sampled once a control period, just before the voltage steps, the current stands for the end of its period and not
@@ -94,7 +94,7 @@ def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, ba
     mean[LOG_STIFFNESS], spread[LOG_STIFFNESS] = log(throttle.bristle_stiffness), _ANY_BRISTLE
     mean[LOG_DAMPING], spread[LOG_DAMPING] = log(throttle.bristle_damping), _ANY_BRISTLE
     mean[LOG_EXPONENT], spread[LOG_EXPONENT] = LOG_SQUARE, _ANY_EXPONENT
-    spread[AGEING] = _ANY_AGEING * throttle.stiction
+    spread[AGEING] = ANY_AGEING * throttle.stiction
     # contacts are renewed along the way that bends bristles to the full (Rice and Ruina 1983)
     mean[LOG_RENEWAL], spread[LOG_RENEWAL] = log(throttle.stiction / throttle.bristle_stiffness), _ANY_AGE
     mean[LOG_ONSET], spread[LOG_ONSET] = log(_ONSET), _ANY_AGE

@@ -41,6 +41,7 @@ _ALLOWED = {
     "stiction": (1e-6, 1e6),
     "constant": (-1e6, 1e6),
     "presliding": (1e-9, 1.0),
+    "bristle_damping": (0.0, 1e7),
     "settled_speed": (1e-6, 1e3),
     "travel_per_turn": (1e-6, 100.0),
     "position_step": (1e-12, 100.0),
@@ -180,7 +181,9 @@ class _Reader:
         stated = its.stiction and self.entry(its.stiction, "torque", "friction", "stiction")
         way = self._number(its.presliding, "angle", "friction", "presliding")
         speed = self._number(its.settled_speed, "angular velocity", "friction", "settled_speed")
+        bends = its.bristle_damping and self.entry(its.bristle_damping, "rotary damping", "friction", "bristle_damping")
         return {
+            **({"bristle_damping": bends} if bends else {}),
             "viscous": self.entry(its.viscous, "rotary damping", "friction", "viscous"),
             "coulomb": coulomb,
             "stiction": stated or coulomb,

@@ -71,6 +71,9 @@ class FrictionPart(FileModel):
     coulomb: DriveEntry
     stiction: Annotated[DriveEntry | None, Field(description="to break away; without it as 'coulomb'")] = None
     presliding: Annotated[str, Field(description="way over which friction builds up, within 50 %")]
+    bristle_damping: Annotated[
+        DriveEntry | None, Field(description="what opposes the bending of presliding by its speed; without it none")
+    ] = None
     settled_speed: Annotated[str, Field(description="speed from which friction is that of sliding, within 50 %")]
 
 

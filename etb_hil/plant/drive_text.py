@@ -27,7 +27,7 @@ def drive_text(model: Model, description: str) -> str:
         "travel_per_turn": _quantity(model, turn, "angle"),
         "inertia": _entry(model, "motor_inertia"),
         "friction": {
-            **{name: _entry(model, name) for name in ("viscous", "coulomb", "stiction")},
+            **{name: _entry(model, name) for name in _friction(model)},
             "presliding": _quantity(model, model.values.coulomb / model.values.bristle_stiffness, "angle"),
             "settled_speed": _quantity(model, model.values.stribeck_velocity, "angular velocity"),
         },
@@ -40,6 +40,13 @@ def drive_text(model: Model, description: str) -> str:
     effects = [one for one in model.effects if one.id != gravity().id]
     content["effects"] = written_effects(effects, is_linear=model.device.is_linear)
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
+
+
+def _friction(model: Model) -> list[str]:
+    """Return the names of the entries of friction."""
+    bends = model.parameters["bristle_damping"]
+    has_damping = bends.value > 0.0 or bends.tolerance.amount > 0.0
+    return ["viscous", "coulomb", "stiction", *(["bristle_damping"] if has_damping else [])]
 
 
 def _driven(model: Model) -> dict[str, Any]:

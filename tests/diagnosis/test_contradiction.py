@@ -115,7 +115,7 @@ def test_a_back_emf_may_be_off_by_its_tolerance_five_kelvin_and_four_errors(sign
 def test_a_motor_that_is_hot_or_has_no_voltage_contradicts_nothing():
     another = VoltageBalance(0.2, 0.0, 3.0, 0.0)
     assert withheld(another) == ["resistance_contradicts", "back_emf_contradicts"]
-    assert withheld(another, hot=HotMotor(40.0, 0.156, -0.08)) == []
+    assert withheld(another, hot=HotMotor(40.0, 30.0, 50.0, 0.156, -0.08)) == []
     assert withheld(None) == []
 
 

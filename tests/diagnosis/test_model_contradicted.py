@@ -1,5 +1,7 @@
 """Units and benches that are not what the model says: good friction never fails, bad friction never passes."""
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -129,7 +131,17 @@ def test_a_stop_that_is_reached_never_fails(stop_high):
 
 def test_a_stop_elsewhere_is_no_friction():
     result = diagnosed(Unit(stop_high=1.33))
-    assert (result.verdict, result.reasons[0].id) == (UNSURE, "spring_elsewhere")
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "T_st_unexplained")
+    assert "a stop stands elsewhere" in next(one.text for one in result.reasons if one.id == "pushed_at_turn")
+
+
+@pytest.mark.parametrize(("at", "width"), [(77.0, 1.5), (79.0, 4.0), (4.0, 4.0)])
+def test_friction_that_is_high_where_the_plate_turns_is_no_spring(at, width):
+    """Turned back, the plate leaves the place before all bristles bend the other way."""
+    result = diagnosed(Unit(bump_angle=math.radians(at), bump_width=math.radians(width), bump=1.5))
+    assert result.verdict is not PASS
+    assert "spring_elsewhere" not in ids(result)
+    assert ids(result) & {"T_st_exceeded", "T_st_local_undecided"}
 
 
 def test_stiff_bristle_damping_is_no_stiction():
@@ -269,7 +281,9 @@ def test_a_motor_much_warmer_than_its_housing_is_named_and_judged(unit, verdict)
     result = diagnosed(warmer(unit, 40.0))
     assert result.verdict is verdict
     text = next(reason.text for reason in result.reasons if reason.id == "motor_hot")
-    assert float(text.split()[2]) == pytest.approx(40.0, abs=3.0)
+    kelvin, low, high = (float(one) for one in re.findall(r"\d+(?= K above| to| K\))", text))
+    assert kelvin == pytest.approx(40.0, abs=3.0)
+    assert low < 40.0 < high < 65.0
     assert "winding resistance +15." in text
     assert "torque constant -8." in text or "torque constant -7.9" in text
     number = result.measurements.get("T_st")

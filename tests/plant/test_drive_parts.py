@@ -69,6 +69,19 @@ def test_stops_and_a_spring_are_read_back_and_act(tmp_path):
     assert stop_torque(-2.01, 0.0, p) == pytest.approx(-0.5)
 
 
+def test_the_damping_of_bristles_is_stated_and_read_back(tmp_path):
+    friction = yaml.safe_load((EXAMPLES / "pendulum.drive.yaml").read_text("utf-8"))["friction"]
+    damping = {"value": "0.1 N·m·s/rad", "tolerance": "50 %", "source": "chosen"}
+    model = read(tmp_path, friction={**friction, "bristle_damping": damping})
+    assert read(tmp_path).values.bristle_damping == 0.0
+    assert model.values.bristle_damping == pytest.approx(0.1)
+    model.write(tmp_path / "again.yaml")
+    again = Model.load(tmp_path / "again.yaml").parameters["bristle_damping"]
+    assert (again.value, again.half_width) == pytest.approx((0.1, 0.05))
+    problem = refused(tmp_path, friction={**friction, "bristle_damping": {**damping, "value": "-1 N·m·s/rad"}})
+    assert (problem.place.key, problem.what) == ("friction.bristle_damping.value", "out of range")
+
+
 def test_gravity_pulls_to_where_the_mass_hangs(tmp_path):
     model = read(tmp_path, load={"gravity": {"torque": "0.7 N·m", "hangs_at": "30 deg"}})
     (entry,) = model.effects
