@@ -2,6 +2,7 @@
 
     python benchmarks/end_of_line_study.py [--units 200] [--seed 29] [--bench virtual_classic] [--truths 0]
     python benchmarks/end_of_line_study.py --faults                # 20 kinds of faulty unit
+    python benchmarks/end_of_line_study.py --sticky [--units 20]   # units that stick in slow motion: none may pass
 
 The limits are those of docs/examples/end_of_line.limits.yaml. Each unit is drawn inside the tolerances of the stock
 model, which is all that the bench knows of it; its winding as a capable process makes it (`CPK`). Drawn beside it: the
@@ -144,6 +145,33 @@ def faults(options):
     print(f"{right} of {len(FAULTS)} kinds of faulty unit fail for the right measurement")
 
 
+def sticky_unit(model, rng):
+    """Return a unit whose friction, 0.29 to 0.45 N·m at rest, falls below the speeds of the ramps."""
+    drawn = {
+        "stiction": rng.uniform(0.29, 0.45),
+        "stribeck_velocity": rng.uniform(0.05, 0.25),
+        "bristle_stiffness": float(np.exp(rng.uniform(np.log(30.0), np.log(300.0)))),
+    }
+    factors = {name: value / getattr(model.values, name) for name, value in drawn.items()}
+    parameters = {
+        name: replace(model.parameters[name], value=model.parameters[name].value * f) for name, f in factors.items()
+    }
+    return replace(model, parameters={**model.parameters, **parameters})
+
+
+def sticky(options):
+    job, verdicts, held = job_of(options.bench), Counter(), 0
+    for number in range(options.units):
+        unit = sticky_unit(job.model, np.random.default_rng([options.seed, number]))
+        found = run(job, unit, number, piece_s=REST_PIECE_S)[0].found
+        verdicts[str(found.verdict)] += 1
+        one = found.measurements["T_st"]
+        held += one.interval is None or (
+            one.low <= unit.values.stiction and (unit.values.stiction <= one.high or one.note.startswith("at least"))
+        )
+    print(f"{options.units} sticky units: {dict(verdicts)}; T_st of {held} in its interval, at least, or without one")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--units", type=int, default=200)
@@ -151,8 +179,10 @@ def main():
     parser.add_argument("--bench", default="virtual_classic")
     parser.add_argument("--truths", type=int, default=0, help="other runs whose mean is the truth")
     parser.add_argument("--faults", action="store_true", help="faulty units instead")
+    parser.add_argument("--sticky", action="store_true", help="units that stick in slow motion instead")
     options = parser.parse_args()
-    faults(options) if options.faults else coverage(options)
+    study = faults if options.faults else sticky if options.sticky else coverage
+    study(options)
 
 
 if __name__ == "__main__":

@@ -243,7 +243,7 @@ def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | Non
     along = direction * ticks.friction[rested : _slid(ticks, left, end) + 1]
     if len(along) <= _MEAN or np.any(np.isnan(along)):
         return None
-    means = [float(np.mean(along[k : k + _MEAN])) for k in range(len(along) - _MEAN)]
+    means: list[float] = np.lib.stride_tricks.sliding_window_view(along[:-1], _MEAN).mean(axis=1).tolist()
     rest = max(left - rested, 1)
     least = min(
         range(min(rest, len(means))), key=means.__getitem__

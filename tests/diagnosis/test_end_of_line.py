@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from end_of_line_faults import FAULTS
-from end_of_line_study import job_of, judged, run
+from end_of_line_study import job_of, judged, run, sticky_unit
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.limits import Limit, Limits
@@ -73,6 +73,12 @@ def test_a_faulty_unit_fails_for_what_is_wrong_with_it(job, measurement):
     assert finished.found.verdict is UnitVerdict.FAIL
     assert found[measurement].verdict is UnitVerdict.FAIL
     assert finished.found.reasons[0].id.endswith("_beyond_limit")
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_a_plate_that_sticks_below_the_speeds_of_the_ramps_does_not_pass(job, number):
+    unit = sticky_unit(job.model, np.random.default_rng([11, number]))
+    assert run(job, unit, number, piece_s=0.1)[0].found.verdict is not UnitVerdict.PASS
 
 
 def test_a_plate_that_does_not_come_back_has_the_time_that_it_was_given(job):
