@@ -77,7 +77,7 @@ def main():
             if found is None or found.low is None:
                 held += 1
             else:
-                held += found.low <= true and (true <= found.high or found.note.startswith("at least"))
+                held += found.low <= true and (true <= found.high or "at least" in found.note)
         counts = " | ".join(str(verdicts[one]) for one in ("pass", "inconclusive", "fail"))
         print(f"| {kind} | {counts} | {held} of {options.units} |", flush=True)
 

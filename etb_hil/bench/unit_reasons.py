@@ -109,7 +109,7 @@ UNIT_REASONS = {
         True,
     ),
     "break_away_above": Wording(
-        "The plate needed more torque to break away than its friction curve shows; break-away friction is not known.",
+        "The plate took more torque to break away than its friction curve has: break-away friction is that, at least.",
         "Have an engineer look at the break-aways in the report: friction rises in slow motion, or with the rest.",
         True,
     ),

@@ -108,13 +108,13 @@ def withholding(
     return [*found, *_one_way(assessment)]
 
 
-def turning_remarks(local: LocalFriction | None) -> list[Reason]:
-    """Return a remark on a push that is seen with windows in which bristles may bend.
+def pushed_at_turn(local: LocalFriction | None) -> Reason | None:
+    """Return a doubt about a push that is seen by windows in which bristles may bend.
 
     Alone these do not distinguish a stop that the plate turns back at from friction that is higher there.
     """
     text = _pushed(local)
-    return [Reason("pushed_at_turn", f"{text}: a stop stands elsewhere, or friction is higher there")] if text else []
+    return Reason("pushed_at_turn", f"{text}: a stop stands elsewhere, or friction is higher there") if text else None
 
 
 def _pushed(local: LocalFriction | None) -> str:

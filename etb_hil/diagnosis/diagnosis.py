@@ -17,10 +17,10 @@ from etb_hil.diagnosis.contradiction import (
     gain_range,
     heated,
     law_remarks,
+    pushed_at_turn,
     remarks,
     resistance_at_rest,
     resistance_fits,
-    turning_remarks,
     withholding,
 )
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
@@ -239,13 +239,13 @@ class Diagnosis:
             remarks=(
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *hot_motor_remarks(hot),
-                *([] if untold else turning_remarks(local)),
                 *(() if fit is None else law_remarks(fit)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),
                 *failed_remarks(measured),
             ),
             by_direction=0.0 if fit is None else against_each_other(fit, self._model),
+            pushed=None if untold else pushed_at_turn(local),
             excess=local_excess(assessment, local, self._most()[0], band, widening.gain),
             shortfall=local_shortfall(assessment, local, throttle, self._least_margin(), band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),

@@ -100,9 +100,17 @@ class Findings:
         return self.once(_hard_break_away)
 
     @property
-    def above_curve(self) -> float:
-        """By how many N·m break-aways reach above T_st, 0 where they agree."""
-        return 0.0 if self.hard_break_away is None else self.hard_break_away.above
+    def bounded_stiction(self) -> Interval | None:
+        """T_st of the curve as break-aways bound it; None without a fit."""
+        found, hard = self.stiction, self.hard_break_away
+        if found is None or hard is None:
+            return found
+        return hard.of_stiction(found, self.widening.of_stiction(hard.least))  # least is of one place and time
+
+    @property
+    def is_stiction_least(self) -> bool:
+        """Whether T_st is at least what broke the plate away, and nobody knows how much."""
+        return self.hard_break_away is not None and self.hard_break_away.reason is not None
 
     def of_stiction(self, interval: Interval) -> Estimate:
         """Return an estimate that rests on T_st, with what keeps it from a pass."""

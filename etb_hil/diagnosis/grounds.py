@@ -71,9 +71,9 @@ class Grounds:
     is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s, where the Stribeck curve has
     come down; `follows` is the share of ticks behind which none is missing; `seen` is from where to where the plate
     slid slowly and `unseen` what of the way it did not, None where that is little; `by_direction` N·m, by how much it
-    may be higher (above zero) or lower opening than the mean of both directions; `current_plausible`, whether voltage
-    and current of a plate at rest agree, None where nobody knows; `band` is a share of the limits, inside which nothing
-    is decided.
+    may be higher (above zero) or lower opening than the mean of both directions; `pushed` is a doubt about a push where
+    the plate turned back; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
+    knows; `band` is a share of the limits, inside which nothing is decided.
     """
 
     coverage: Coverage
@@ -89,6 +89,7 @@ class Grounds:
     withholding: Sequence[Reason]
     remarks: Sequence[Reason]
     by_direction: float
+    pushed: Reason | None
     excess: Excess | None
     shortfall: Shortfall | None
     unexplained: Sequence[Exceedance]

@@ -7,6 +7,7 @@ has in sliding as well, as a bump, is no matter of break-away.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,14 +25,15 @@ from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 
 _CREEPS = 0.2  # rad/s, half the speed of the stock checks' slow ramps: slower windows are of the break-aways themselves
+_NEAR = 0.17  # rad, 10 deg: slopes of springs that are off by a fifth differ by 2 mN·m from end to end
 
 
 @dataclass(frozen=True, slots=True)
 class HardBreakAway:
     """The pair of break-aways that took most beyond sliding at its place.
 
-    It reaches `above` N·m beyond the interval of T_st, 0 where they agree. T_st is `least` at least: what the pair
-    took, its lower end without what sliding at its place and a rest may have added. `reason` says that the pair leaves
+    It reaches `above` N·m beyond the interval of T_st, 0 where they agree. T_st is `least` at least: what the pair took
+    beyond sliding at its place, its lower end without what a rest may have added. `reason` says that the pair leaves
     T_st open; None where it agrees, or contacts that age, by the fitted law, explain it.
     """
 
@@ -39,16 +41,29 @@ class HardBreakAway:
     least: Interval
     reason: Reason | None
 
+    def of_stiction(self, curve: Interval, broke: Interval) -> Interval:
+        """Return the interval of T_st, by the curve's and the break-away's.
+
+        `broke` is `least`, as wide as an uneven way makes it.
+        """
+        low = max(curve.low, broke.low)
+        if self.reason is not None:
+            return Interval(max(broke.value, low), low, broke.high)
+        high = curve.high + self.above
+        return Interval(curve.value if low <= curve.value else min(max(broke.value, low), high), low, high)
+
 
 def pairs_of(found: Sequence[BreakAway], limp_home: float) -> list[tuple[BreakAway, BreakAway]]:
     """Return break-aways that open, each with the one after it.
 
-    That one closes against the same spring.
+    That one closes near the same place, against the same spring.
     """
     return [
         (opening, closing)
         for opening, closing in pairwise(found)
-        if opening.direction > closing.direction and (opening.angle - limp_home) * (closing.angle - limp_home) > 0.0
+        if opening.direction > closing.direction
+        and (opening.angle - limp_home) * (closing.angle - limp_home) > 0.0
+        and abs(opening.angle - closing.angle) < _NEAR
     ]
 
 
@@ -58,14 +73,19 @@ def hard_break_away(
     """Return what the hardest pair says of T_st, None without a pair."""
     if not pairs:
         return None
-    local = [_local(evidence, fit, one.angle, other.angle) for one, other in pairs]
+    seen = [_local(evidence, fit, one.angle, other.angle) for one, other in pairs]
+    local = [0.0 if one is None else one for one in seen]
     torques = [0.5 * (one.torque + other.torque) for one, other in pairs]
     hardest = max(range(len(pairs)), key=lambda k: torques[k] - local[k])
     torque, (one, other) = torques[hardest], pairs[hardest]
     low, high, rest = torque * (1.0 - READING), torque * (1.0 + READING), max(one.rest, other.rest)
-    aged = fit.parameters.copy()
-    aged[AGEING] = max(aged[AGEING], TWO_SIDED_95 * ANY_AGEING * min(stiction.high, torque))
-    least = Interval(torque, low - local[hardest] - grown_at_rest(rest, aged), high)
+    least = Interval(torque, -math.inf, high)  # nobody knows what sliding at that place takes
+    if seen[hardest] is not None:
+        aged = fit.parameters.copy()
+        aged[AGEING] = max(aged[AGEING], TWO_SIDED_95 * ANY_AGEING * min(stiction.high, torque))
+        share = math.hypot(READING, fit.reach({CONSTANT: 1.0}))
+        bottom = torque * (1.0 - share) - local[hardest] - grown_at_rest(rest, aged)
+        least = Interval(torque - local[hardest], bottom, high)
     here = stiction.high + local[hardest]
     if low <= here:
         return HardBreakAway(0.0, least, None)
@@ -76,14 +96,16 @@ def hard_break_away(
     return HardBreakAway(high - stiction.high, least, reason)
 
 
-def _local(evidence: Evidence, fit: StribeckFit, start: float, end: float) -> float:
+def _local(evidence: Evidence, fit: StribeckFit, start: float, end: float) -> float | None:
     """Return by how many N·m faster sliding may be above the curve.
 
-    It is seen from one angle to another, in rad.
+    It is seen between two angles, in rad; None where it is not seen there.
     """
     speed = np.abs(evidence.velocity)
     faster = (speed > _CREEPS) & (speed < FASTEST)
     residual = fit.residual[faster] * (1.0 + fit.parameters[CONSTANT])
     angle, odd, _, error = local_means(evidence.position[faster], evidence.velocity[faster], residual, evidence.overlap)
-    near = (angle > start - CELL) & (angle < end + CELL)
-    return float(max((odd + SURE * error)[near].max(initial=0.0), 0.0))
+    near = (angle > min(start, end) - CELL) & (angle < max(start, end) + CELL)
+    if not np.any(near):
+        return None
+    return float(max((odd + SURE * error)[near].max(), 0.0))

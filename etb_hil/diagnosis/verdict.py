@@ -51,6 +51,7 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
         *_locally_undecided(judged, grounds),
         *_short_undecided(judged, grounds),
         *_by_direction_undecided(judged, grounds),
+        *([] if grounds.pushed is None else [grounds.pushed]),
     ]
     if not broken:
         doubts += _unexplained(grounds)

@@ -131,7 +131,7 @@ def test_a_stop_that_is_reached_never_fails(stop_high):
 
 def test_a_stop_elsewhere_is_no_friction():
     result = diagnosed(Unit(stop_high=1.33))
-    assert (result.verdict, result.reasons[0].id) == (UNSURE, "T_st_unexplained")
+    assert result.verdict is UNSURE
     assert "a stop stands elsewhere" in next(one.text for one in result.reasons if one.id == "pushed_at_turn")
 
 

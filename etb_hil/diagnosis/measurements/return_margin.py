@@ -5,21 +5,30 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.measurement_kind import MeasurementKind
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
     from etb_hil.diagnosis.measurement_kind import Estimate
 
+_AT_MOST = "at most its upper end: the plate broke away above its curve; in slower motion it may be less"
+
 
 def _margin(run: Findings) -> Estimate | None:
-    """Return what the weaker spring's preload has over T_st."""
-    found, stiction = run.fitted.get("return_margin"), run.stiction
-    if found is None or stiction is None:
+    """Return what the weaker spring's preload has over T_st.
+
+    By as much as break-aways raise T_st above the curve's, the margin is less.
+    """
+    found, curve, stiction = run.fitted.get("return_margin"), run.stiction, run.bounded_stiction
+    if found is None or curve is None or stiction is None:
         return None
-    holds = "; friction holds the plate against its springs" if found.value <= 0.0 else ""
-    margin = run.widening.of_margin(found, stiction.value)
-    return replace(run.of_stiction(replace(margin, low=margin.low - run.above_curve)), if_failed=holds)
+    margin = run.widening.of_margin(found, curve.value)
+    value = margin.value - (stiction.value - curve.value)
+    low, high = margin.low - (stiction.high - curve.high), margin.high - (stiction.low - curve.low)
+    holds = "; friction holds the plate against its springs" if value <= 0.0 else ""
+    estimate = run.of_stiction(Interval(value, min(low, value), max(high, value)))
+    return replace(estimate, if_failed=holds, note=_AT_MOST if run.is_stiction_least else "")
 
 
 MEASUREMENT = MeasurementKind(

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.measurement_kind import MeasurementKind
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
     from etb_hil.diagnosis.measurement_kind import Estimate
 
-_AT_LEAST = "at least: so much broke the plate away, more than its curve has; in slower motion it may be more"
+_AT_LEAST = "at least its lower end: the plate broke away at this, above its curve; in slower motion it may be more"
 
 
 def _stiction(run: Findings) -> Estimate | None:
@@ -21,14 +20,11 @@ def _stiction(run: Findings) -> Estimate | None:
     Its interval is as wide as an uneven way makes it, and has what slower motion may hide and break-aways show. It is
     not less than those took. Where one contradicts the curve, T_st is what that took, at least.
     """
-    found, hard = run.stiction, run.hard_break_away
-    if found is None or hard is None:
-        return None if found is None else run.of_stiction(found)
-    broke = run.widening.of_stiction(hard.least)  # of one place and time
-    least = max(found.low, broke.low)
-    if hard.reason is not None:
-        return replace(run.of_stiction(replace(broke, low=least)), note=_AT_LEAST, is_least=True)
-    return run.of_stiction(Interval(max(found.value, least), least, found.high + hard.above))
+    found = run.bounded_stiction
+    if found is None:
+        return None
+    is_least = run.is_stiction_least
+    return replace(run.of_stiction(found), note=_AT_LEAST if is_least else "", is_least=is_least)
 
 
 MEASUREMENT = MeasurementKind(
