@@ -113,6 +113,11 @@ UNIT_REASONS = {
         "Have an engineer look at the break-aways in the report: friction rises in slow motion, or with the rest.",
         True,
     ),
+    "break_away_not_read": Wording(
+        "No break-away was read in both directions; break-away friction is that of the friction curve.",
+        "Look at the angle in the report's plots: a coarse angle hides break-aways, and a plate that sticks jumps.",
+        True,
+    ),
     "one_way": Wording(
         "The plate was measured in one direction only; this does not distinguish springs from friction.",
         "Run a scenario that opens and closes the plate, as friction_check does.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.assessment import JUDGED, assess, fitted_numbers
 from etb_hil.diagnosis.contradiction import (
     Widening,
@@ -29,6 +31,7 @@ from etb_hil.diagnosis.drift import by_place_and_time, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
+from etb_hil.diagnosis.hard_break_away import pairs_of, unread
 from etb_hil.diagnosis.hot_motor import hot_motor_remarks
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
@@ -223,6 +226,7 @@ class Diagnosis:
             self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))
+        pairs = pairs_of(assessment.broken_away, throttle.limp_home)
         band = self._limits.marginal_band
         grounds = Grounds(
             coverage=Coverage(self._samples, self._lost, self._longest_gap * 1e-9, self._gap_in),
@@ -240,6 +244,7 @@ class Diagnosis:
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *hot_motor_remarks(hot),
                 *(() if fit is None else law_remarks(fit)),
+                *(() if fit is None or _fails(measured, "T_st") else unread(pairs, self._phases)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),
                 *failed_remarks(measured),
@@ -369,3 +374,8 @@ def _told(one: Measured, *, is_withheld: bool, is_untold: bool) -> Measurement:
         return one.measurement
     found = replace(one.measurement, verdict=None) if is_withheld else one.measurement
     return replace(found, low=None, high=None) if is_untold else found
+
+
+def _fails(measured: Sequence[Measured], measurement_id: str) -> bool:
+    """Tell whether a measurement is certainly beyond its limit."""
+    return any(one.measurement.id == measurement_id and one.measurement.verdict is UnitVerdict.FAIL for one in measured)

@@ -8,7 +8,7 @@ has in sliding as well, as a bump, is no matter of break-away.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -94,6 +94,14 @@ def hard_break_away(
         text = f"the plate broke away at {torque:.3f} N·m, and the fitted curve has {most:.3f} at most"
         reason = Reason("break_away_above", f"{text}: in slower motion, or after a longer rest, it may take more")
     return HardBreakAway(high - stiction.high, least, reason)
+
+
+def unread(pairs: Sequence[tuple[BreakAway, BreakAway]], phases: Collection[str]) -> list[Reason]:
+    """Return a remark where a run has a phase for break-aways, and no pair of them."""
+    if "break_away" not in phases or pairs:
+        return []
+    text = "the plate was nowhere seen to break away from a rest in both directions: T_st is the curve's alone"
+    return [Reason("break_away_not_read", text)]
 
 
 def _local(evidence: Evidence, fit: StribeckFit, start: float, end: float) -> float | None:

@@ -72,6 +72,12 @@ def test_a_plate_that_breaks_away_far_above_the_limit_fails():
     assert stiction.value + margin.value == pytest.approx(Unit().preload_open, abs=0.01)
 
 
+def test_a_run_whose_break_aways_could_not_be_read_says_so():
+    """The plate jumps off from its rests, farther than the springs of one place."""
+    assert "break_away_not_read" in ids(judged(Unit(sticks=0.5), creeps=CREEPS))
+    assert "break_away_not_read" not in ids(judged(Unit(), creeps=CREEPS))
+
+
 def test_friction_that_grew_above_the_limit_at_rest_is_not_explained_by_its_law():
     """Contacts hold the plate above 0.26 N·m for a second of this run, and by a fitted law their growth is foreseen."""
     result = judged(Unit(dwell=0.8), creeps=CREEPS)
