@@ -55,8 +55,8 @@ class Assessment:
 
     There are no `laws` where the run does not carry a fit. Windows in bumps are in the `evidence`, but they do not
     count in the fit. `drift` is how friction changed along the run, None where no change was found. `broken_away` are
-    the break-aways from rest. `hidden` N·m: by how much T_st may be above what the fits say, as friction may rise below
-    the speeds of a run without slow break-aways.
+    the break-aways from rest, `pairs` those of one place in both directions. `hidden` N·m: by how much T_st may be
+    above what the fits say, as friction may rise below the speeds of a run without slow break-aways.
     """
 
     ticks: Ticks
@@ -66,6 +66,7 @@ class Assessment:
     balance: VoltageBalance | None
     drift: Drift | None
     broken_away: Sequence[BreakAway]
+    pairs: Sequence[tuple[BreakAway, BreakAway]] = ()
     hidden: float = 0.0
 
     @property
@@ -132,7 +133,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     hidden, pairs = 0.0, pairs_of(broken_away, throttle.limp_home)
     if all(max(one.speed, other.speed) > min(FALLS) for one, other in pairs):
         hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
-    return Assessment(ticks, windows, evidence, laws, balance, drift, broken_away, hidden)
+    return Assessment(ticks, windows, evidence, laws, balance, drift, broken_away, pairs, hidden)
 
 
 def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fit: StribeckFit, shape: Shape) -> Ticks:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -31,7 +30,7 @@ from etb_hil.diagnosis.drift import by_place_and_time, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
-from etb_hil.diagnosis.hard_break_away import pairs_of, unread
+from etb_hil.diagnosis.hard_break_away import unread
 from etb_hil.diagnosis.hot_motor import hot_motor_remarks
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
@@ -46,7 +45,7 @@ from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
 from etb_hil.diagnosis.uneven_way import uneven_remarks, uneven_way
-from etb_hil.diagnosis.verdict import conclude
+from etb_hil.diagnosis.verdict import conclude, stands
 from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.guarded import fault_of
@@ -222,11 +221,11 @@ class Diagnosis:
         series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away)
         found = Findings(
             self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, unseen,
-            fastest, far, assessment.broken_away, self._limits.dwell, reading, hot, MappingProxyType(series),
+            fastest, far, self._limits.dwell, reading, hot, MappingProxyType(series),
             self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))
-        pairs = pairs_of(assessment.broken_away, throttle.limp_home)
+        is_above = stands(measured, "T_st") is UnitVerdict.FAIL
         band = self._limits.marginal_band
         grounds = Grounds(
             coverage=Coverage(self._samples, self._lost, self._longest_gap * 1e-9, self._gap_in),
@@ -244,7 +243,7 @@ class Diagnosis:
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *hot_motor_remarks(hot),
                 *(() if fit is None else law_remarks(fit)),
-                *(() if fit is None or _fails(measured, "T_st") else unread(pairs, self._phases)),
+                *(() if fit is None or is_above else unread(assessment.pairs, self._phases)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),
                 *failed_remarks(measured),
@@ -374,8 +373,3 @@ def _told(one: Measured, *, is_withheld: bool, is_untold: bool) -> Measurement:
         return one.measurement
     found = replace(one.measurement, verdict=None) if is_withheld else one.measurement
     return replace(found, low=None, high=None) if is_untold else found
-
-
-def _fails(measured: Sequence[Measured], measurement_id: str) -> bool:
-    """Tell whether a measurement is certainly beyond its limit."""
-    return any(one.measurement.id == measurement_id and one.measurement.verdict is UnitVerdict.FAIL for one in measured)

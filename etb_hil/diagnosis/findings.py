@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from etb_hil.diagnosis.contradiction import Widening, widened
-from etb_hil.diagnosis.hard_break_away import HardBreakAway, hard_break_away, pairs_of
+from etb_hil.diagnosis.hard_break_away import HardBreakAway, hard_break_away
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
@@ -55,7 +55,6 @@ class Findings:
     unseen: Unseen | None
     fastest: float
     far: float
-    broken_away: Sequence[BreakAway]
     dwell: DwellLaw | None
     reading: LiveReading
     hot: HotMotor | None
@@ -75,6 +74,11 @@ class Findings:
     def of(self, *kinds: str) -> list[Segment]:
         """Return the segments of some kinds of phase, in the order of the run."""
         return [segment for segment in self.segments if segment.phase.kind in kinds]
+
+    @property
+    def broken_away(self) -> Sequence[BreakAway]:
+        """The break-aways from rest."""
+        return self.assessment.broken_away
 
     @property
     def hides_stiction(self) -> Reason | None:
@@ -137,5 +141,4 @@ def _hard_break_away(run: Findings) -> HardBreakAway | None:
     fit, stiction = run.assessment.fit, run.stiction
     if fit is None or stiction is None or run.dwell is not None:
         return None
-    pairs = pairs_of(run.broken_away, run.throttle.limp_home)
-    return hard_break_away(pairs, run.assessment.evidence, fit, stiction)
+    return hard_break_away(run.assessment.pairs, run.assessment.evidence, fit, stiction)

@@ -39,7 +39,7 @@ class LocalFriction:
 
 
 def local_friction(evidence: Evidence, fit: StribeckFit, *, slides: bool = False) -> LocalFriction:
-    """Return what the fit leaves over in each cell.
+    """Return the mean residual of the fit in each cell.
 
     With `slides` windows in which bristles may bend are left out. By such windows friction that is higher at a turning
     point seems to push: in the direction in which the plate turned back, bristles have yet to bend.

@@ -143,7 +143,7 @@ def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     There is none where the fitted curve itself is above it.
     """
     excess = grounds.excess
-    if excess is None or not excess.is_certain or _stands(judged, "T_st") is UnitVerdict.FAIL:
+    if excess is None or not excess.is_certain or stands(judged, "T_st") is UnitVerdict.FAIL:
         return []
     text = (
         f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in both "
@@ -159,7 +159,7 @@ def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Rea
     There is none unless the fitted curve itself keeps the limit.
     """
     excess = grounds.excess
-    if excess is None or excess.is_certain or _stands(judged, "T_st") is not UnitVerdict.PASS:
+    if excess is None or excess.is_certain or stands(judged, "T_st") is not UnitVerdict.PASS:
         return []
     text = (
         f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in "
@@ -175,7 +175,7 @@ def _short(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     There is none where the margin over the fitted curve is below it.
     """
     short = grounds.shortfall
-    if short is None or not short.is_certain or _stands(judged, "return_margin") is UnitVerdict.FAIL:
+    if short is None or not short.is_certain or stands(judged, "return_margin") is UnitVerdict.FAIL:
         return []
     return [Reason("return_margin_local", _margin_at(short, f"at most {short.high:.3f}"))]
 
@@ -186,7 +186,7 @@ def _short_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reaso
     There is none unless the margin over the fitted curve keeps the limit.
     """
     short = grounds.shortfall
-    if short is None or short.is_certain or _stands(judged, "return_margin") is not UnitVerdict.PASS:
+    if short is None or short.is_certain or stands(judged, "return_margin") is not UnitVerdict.PASS:
         return []
     return [Reason("return_margin_local_undecided", _margin_at(short, f"{short.low:.3f} to {short.high:.3f}"))]
 
@@ -221,7 +221,8 @@ def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> lis
     return [Reason("direction_undecided", text)]
 
 
-def _stands(judged: Sequence[Measured], name: str) -> UnitVerdict | None:
+def stands(judged: Sequence[Measured], name: str) -> UnitVerdict | None:
+    """Return the verdict on a measurement, None where it is not judged."""
     return next((one.measurement.verdict for one in judged if one.measurement.id == name), None)
 
 

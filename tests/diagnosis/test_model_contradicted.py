@@ -137,7 +137,7 @@ def test_a_stop_elsewhere_is_no_friction():
 
 @pytest.mark.parametrize(("at", "width"), [(77.0, 1.5), (79.0, 4.0), (4.0, 4.0)])
 def test_friction_that_is_high_where_the_plate_turns_is_no_spring(at, width):
-    """Turned back, the plate leaves the place before all bristles bend the other way."""
+    """Turned back, the plate is past the place before all bristles bend the other way."""
     result = diagnosed(Unit(bump_angle=math.radians(at), bump_width=math.radians(width), bump=1.5))
     assert result.verdict is not PASS
     assert "spring_elsewhere" not in ids(result)
