@@ -62,7 +62,8 @@ def held_out_free_run(b, vectors):
     def parameters(share):
         return vectors[part_of([b], 0, share)][:EXTENDED]
 
-    found = free_run.errors(b, parameters, free_run.starts(b, parameters(0.0)), one_step=False)[free_run.POSITION]
+    ticks, begin_at = free_run.ticks_of(b.measured.dt), free_run.starts(b, parameters(0.0))
+    found = free_run.errors(b, parameters, begin_at, ticks, one_step=False)[free_run.POSITION]
     return 1e3 * float(np.sqrt(np.mean(found**2)))
 
 

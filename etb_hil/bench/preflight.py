@@ -21,7 +21,7 @@ from etb_hil.canio.bus.budget import bus_budget
 from etb_hil.controller.machine import AMBIENT_C
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.phases import Phase
-from etb_hil.scenario.trajectory import Chain, Held, Released
+from etb_hil.scenario.trajectory import Chain, Held, Motion, Released
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from etb_hil.scenario.trajectory import SetPoint, Trajectory
 
 KELVIN = 273.15  # of 0 degC
-SAMPLE_S = 0.001  # set-points are looked at this often
+SAMPLE_S = 0.001  # set-points of no known extremes are looked at this often
+_ROUNDING = 1e-9  # in SI units: a motion's end is the sum of its ways
 _PART = 1000  # set-points held at a time: a phase may last for hours
 
 
@@ -232,6 +233,8 @@ def _all_points(trajectory: Trajectory) -> Iterator[SetPoint]:
             yield from _all_points(part)
     elif isinstance(trajectory, Released | Held):
         yield trajectory.at(0.0)
+    elif isinstance(trajectory, Motion):
+        yield from trajectory.extremes
     else:
         yield from (trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1))
 
@@ -249,7 +252,7 @@ def _strays(points: list[SetPoint], limits: SafetyLimits, where: _Where) -> Iter
         ("velocity", "angular velocity", max((abs(p.velocity) for p in driven), default=0.0), 0.0, limits.velocity),
         ("voltage", "voltage", max((abs(p.voltage) for p in driven), default=0.0), 0.0, limits.voltage),
     ):
-        if not least <= worst <= most:
+        if not least - _ROUNDING <= worst <= most + _ROUNDING:
             allowed = f"{_shown(least, dimension, 4)} to {_shown(most, dimension, 4)}"
             yield Problem(
                 f"the phase's set-points leave the bench's limits of {what}",

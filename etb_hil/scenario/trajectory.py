@@ -95,6 +95,13 @@ class Piece:
         """Return rad/s after t seconds."""
         return self.start + (self.end - self.start) * 0.5 * (1.0 - math.cos(math.pi * t / self.length))
 
+    @property
+    def turns_at(self) -> float | None:
+        """Seconds after which the velocity changes its sign; None where it keeps it."""
+        if self.start * self.end >= 0.0:
+            return None
+        return self.length / math.pi * math.acos((self.start + self.end) / (self.end - self.start))
+
     def travel(self, t: float) -> float:
         """Return rad covered after t seconds."""
         swing = self.length / math.pi * math.sin(math.pi * t / self.length)
@@ -118,6 +125,19 @@ class Motion:
     def end(self) -> float:
         """Position at the end, in rad."""
         return self._positions[-1]
+
+    @property
+    def extremes(self) -> list[SetPoint]:
+        """The set-points beyond whose positions and velocities none goes.
+
+        A velocity is monotone along a piece, so they are at the ends of pieces, and where the motion turns back.
+        """
+        found = []
+        for piece, position, after in zip(self._pieces, self._positions, self._positions[1:], strict=False):
+            found += [SetPoint(_POSITION, position, piece.start), SetPoint(_POSITION, after, piece.end)]
+            if piece.turns_at is not None:
+                found.append(SetPoint(_POSITION, position + piece.travel(piece.turns_at)))
+        return found or [SetPoint(_POSITION, self.end)]
 
     def at(self, t: float) -> SetPoint:
         """Return position and velocity t seconds after the start."""

@@ -47,8 +47,9 @@ def test_it_runs_freely_about_as_well_as_its_own_simulation(calibrated):
     ratios = []
     for _, (b,), calibration, noise_floor in calibrated:
         p, again = calibration.fit.whole[:EXTENDED], noise_floor.balances[0]
+        ticks = free_run.ticks_of(b.measured.dt)
         off, least = (
-            free_run.errors(one, lambda _, q=q: q, free_run.starts(one, q), one_step=False)[free_run.POSITION]
+            free_run.errors(one, lambda _, q=q: q, free_run.starts(one, q), ticks, one_step=False)[free_run.POSITION]
             for one, q in ((b, p), (again, noise_floor.truth[:EXTENDED]))
         )
         ratios.append(float(np.sqrt(np.mean(off**2) / np.mean(least**2))))

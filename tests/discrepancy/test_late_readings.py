@@ -71,7 +71,7 @@ def test_a_free_run_ends_no_farther_from_readings_that_are_late(id_, delay):
         {
             name: float(np.sqrt(np.mean(errors**2)))
             for name, errors in free_run.errors(
-                late, lambda _, q=q: q, free_run.starts(late, q), one_step=False
+                late, lambda _, q=q: q, free_run.starts(late, q), free_run.ticks_of(late.measured.dt), one_step=False
             ).items()
         }
         for q in (p, plain)

@@ -48,6 +48,18 @@ def test_a_dash_rises_monotonically_through_zero_to_its_peak(peak):
     assert all(b > a for a, b in pairwise(velocity))
 
 
+@given(angles, angles, st.floats(0.05, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 2.0))
+def test_nothing_of_a_motion_lies_beyond_its_extremes(start, end, speed, peak, against):
+    for motion in (move(start, end, speed), dash(start, peak, against, 0.07, 0.05)):
+        points = [motion.at(t) for t in np.linspace(0.0, motion.duration, 2000)]
+        for name in ("position", "velocity"):
+            seen = [getattr(point, name) for point in points]
+            said = [getattr(point, name) for point in motion.extremes]
+            reached = 1e-5 * max(abs(peak), speed)  # between two of the points
+            assert min(said) - 1e-9 <= min(seen) <= min(said) + reached
+            assert max(said) - reached <= max(seen) <= max(said) + 1e-9
+
+
 def test_parts_follow_each_other():
     chain = Chain(move(0.0, 0.5, 1.0), Held(0.5, 0.2), Steps((0.1, 0.9), 0.3), Released(0.4))
     assert chain.duration == pytest.approx(0.55 + 0.2 + 0.6 + 0.4)

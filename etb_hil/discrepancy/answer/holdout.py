@@ -65,7 +65,8 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     b = findings.balances[number]
     final = findings.final
     reference = start(findings.model)[:EXTENDED]
-    errors = _Errors()
+    ticks = free_run.fewest_ticks(b, final.fit.whole[:EXTENDED])
+    errors = _Errors(ticks)
     errors.add("reference", b, lambda _: reference)
     errors.add("calibrated", b, _by_fold(findings, number, _folds_of(findings, findings.calibration)))
     if findings.accepted:
@@ -75,7 +76,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     in_free_run: FreeRunFit | None = None
     try:
         fine = with_finer_shapes(findings, findings.accepted)
-        in_free_run = fit_free_run(findings.balances, number, fine, free["noise_floor"], progress)
+        in_free_run = fit_free_run(findings.balances, number, fine, free["noise_floor"], ticks, progress)
         errors.add(_IN_FREE_RUN, b, _by_fold(findings, number, in_free_run.held_out))
     except KeyboardInterrupt:
         in_free_run = None  # what is known without it is worth having
@@ -96,9 +97,10 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
 
 
 class _Errors:
-    """Tables of errors, filled one model at a time."""
+    """Tables of errors, filled one model at a time; `ticks`: steps a sample."""
 
-    def __init__(self) -> None:
+    def __init__(self, ticks: int) -> None:
+        self.ticks = ticks
         self.table: dict[str, dict[str, dict[str, float]]] = {"one_step": {}, "free_run": {}}
         self.segments: dict[str, dict[str, Float64]] = {}
 
@@ -106,7 +108,7 @@ class _Errors:
         """Judge a model by its parameters at each share of a segment."""
         begin_at = free_run.starts(b, parameters(0.0))
         for kind, signals in self.table.items():
-            found = free_run.errors(b, parameters, begin_at, one_step=kind == "one_step")
+            found = free_run.errors(b, parameters, begin_at, self.ticks, one_step=kind == "one_step")
             for signal, values in found.items():
                 signals.setdefault(signal, {})[name] = free_run.rms(values)
             if kind == "free_run":
@@ -131,7 +133,9 @@ def _noise_floor(findings: Findings, number: int, errors: _Errors) -> Float64:
 
     def left(seed: int | None) -> Float64:
         b, fitted = true_model(seed)
-        return free_run.errors(b, fitted, free_run.starts(b, fitted(0.0)), one_step=False)[free_run.POSITION]
+        return free_run.errors(b, fitted, free_run.starts(b, fitted(0.0)), errors.ticks, one_step=False)[
+            free_run.POSITION
+        ]
 
     seeds = [None, *_SIMULATED]
     by_segment = np.array([*side_by_side(left, seeds)])

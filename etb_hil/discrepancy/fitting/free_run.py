@@ -24,6 +24,8 @@ SEGMENT_S = 2.0
 STEP_S = 0.01  # of the one-step error
 _DRAWS = 2000  # of the bootstrap of a gain
 _LEAD_S = 2.5e-4  # of a step along the measured motion, about: shorter ones do not change the error of a free run
+_STEPS_S = (2.5e-4, 1.25e-4)  # of a step of a free run, about, where it changes so little of what the model is off by
+_CHANGE = 0.1  # its square, 1 %, is what such a step adds to the mean square
 
 
 def starts(b: Balances, p: Vector) -> Float64:
@@ -37,24 +39,24 @@ def starts(b: Balances, p: Vector) -> Float64:
 
 
 def errors(
-    b: Balances, parameters: Callable[[float], Vector], begin_at: Float64, *, one_step: bool
+    b: Balances, parameters: Callable[[float], Vector], begin_at: Float64, ticks: int, *, one_step: bool
 ) -> dict[str, Float64]:
     """Return rms errors (SI) by segment of each signal, each segment started anew.
 
     `parameters` gives the extended vector for a segment that begins at a share (0 to 1) of the record, `begin_at` the
-    states (segments, states) that it starts from. With `one_step` angle, velocity and current are reset to the measured
-    ones every 10 ms.
+    states (segments, states) that it starts from, `ticks` the steps a sample. With `one_step` angle, velocity and
+    current are reset to the measured ones every 10 ms.
     """
     m = b.measured
     samples = round(SEGMENT_S * m.rate)
     has_current = m.current is not None and m.device.has_winding
     found: dict[str, list[float]] = {name: [] for name in ((POSITION, CURRENT_ROLE) if has_current else (POSITION,))}
-    every = max(1, round(STEP_S * m.rate)) if one_step else 0
+    every = _resets(b) if one_step else 0
     begins = range(0, len(m) - samples + 1, samples)
 
     def run(number: int) -> tuple[Float64, Float64]:
         begin = begins[number]
-        return segment(b, parameters(begin / len(m)), begin, begin_at[number], samples, every)
+        return segment(b, parameters(begin / len(m)), begin, begin_at[number], samples, ticks, every)
 
     for begin, (angle, current) in zip(begins, side_by_side(run, range(len(begins))), strict=True):
         part = slice(begin, begin + samples)
@@ -64,12 +66,42 @@ def errors(
     return {name: np.array(values) for name, values in found.items()}
 
 
+def fewest_ticks(b: Balances, p: Vector) -> int:
+    """Return into how few steps a sample may be cut for free runs of a model.
+
+    Longer steps are taken where they change an angle and a current over 10 ms by little of what those of the model are
+    off by. With an elastic shaft they change much, with most models nothing.
+    """
+    m, samples, most = b.measured, round(SEGMENT_S * b.measured.rate), ticks_of(b.measured.dt)
+    begins = range(0, len(m) - samples + 1, samples)
+    if not begins:
+        return most
+    numbers, states, judged = range(len(begins)), starts(b, p), slice(len(begins) * samples)
+    measured = [signal[judged] for signal in (m.angle, m.current) if signal is not None]
+
+    def run(ticks: int) -> list[Float64]:
+        parts = [*side_by_side(lambda k: segment(b, p, begins[k], states[k], samples, ticks, _resets(b)), numbers)]
+        return [np.concatenate([part[signal] for part in parts]) for signal in range(len(measured))]
+
+    at_most = run(most)
+    off = [rms(one - other) for one, other in zip(at_most, measured, strict=True)]
+    for step in _STEPS_S:
+        ticks = min(max(1, round(m.dt / step)), most)
+        if all(rms(one - other) <= _CHANGE * its for one, other, its in zip(run(ticks), at_most, off, strict=True)):
+            return ticks
+    return most
+
+
+def _resets(b: Balances) -> int:
+    return max(1, round(STEP_S * b.measured.rate))
+
+
 def segment(
-    b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int, every: int = 0
+    b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int, ticks: int, every: int = 0
 ) -> tuple[Float64, Float64]:
     """Return angle and current (samples) as sensors read them, from a state on.
 
-    `every`: samples between two resets to the measured motion, 0 for none.
+    `ticks`: steps a sample; `every`: samples between two resets to the measured motion, 0 for none.
     """
     m = b.measured
     p = simulable(p)
@@ -78,7 +110,7 @@ def segment(
     out = np.empty((samples, 2))
     _run(
         begin_at.copy(), p, b.free_voltage[part], m.temperature[part], angle[part], velocity[part],
-        b.current(p)[part], m.dt, ticks_of(m.dt), every, out,
+        b.current(p)[part], m.dt, ticks, every, out,
     )  # fmt: skip
     current = readings.arrived(out[:, 1], m.dt, Port.CURRENT_LATENESS, p)
     angle = readings.arrived(out[:, 0], m.dt, m.lateness_of_angle, p)
@@ -88,8 +120,8 @@ def segment(
 
 def trace(b: Balances, p: Vector, begin: int, samples: int | None = None) -> Float64:
     """Return the encoder's angle (samples, else a segment's), run freely."""
-    begin_at = _led(b, p, np.array([begin]))[0]
-    return segment(b, p, begin, begin_at, samples or round(SEGMENT_S * b.measured.rate))[0]
+    begin_at, rate = _led(b, p, np.array([begin]))[0], b.measured.rate
+    return segment(b, p, begin, begin_at, samples or round(SEGMENT_S * rate), ticks_of(b.measured.dt))[0]
 
 
 def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:

@@ -44,18 +44,19 @@ def fit_free_run(
     number: int,
     calibration: Calibration,
     noise_floor: float,
+    ticks: int,
     progress: Callable[[str], None] = lambda _: None,
 ) -> FreeRunFit:
     """Fit a calibration's unknowns to free runs of one segment.
 
-    `number`: the segment; `noise_floor`: the error in SI of a true model there.
+    `number`: the segment; `noise_floor`: the error in SI of a true model there; `ticks`: steps a sample.
     """
     progress("fitting a last time, in free run")
     b, begin = balances[number], calibration.fit.whole
     own = [k for k, u in enumerate(calibration.unknowns) if u.place < EXTENDED]
     unknowns = [calibration.unknowns[k] for k in own]
     jacobian, residual = calibration.jacobian[:, own], calibration.fit.residual
-    runs = _Runs(b, begin, noise_floor)
+    runs = _Runs(b, begin, noise_floor, ticks)
     said = _Said(unknowns, begin, jacobian, residual)
 
     def together(whole: Vector) -> Float64:
@@ -87,8 +88,8 @@ class _Runs:
     for each unknown.
     """
 
-    def __init__(self, b: Balances, begin: Vector, noise_floor: float) -> None:
-        self._b, self._starts = b, free_run.starts(b, begin[:EXTENDED])
+    def __init__(self, b: Balances, begin: Vector, noise_floor: float, ticks: int) -> None:
+        self._b, self._starts, self._ticks = b, free_run.starts(b, begin[:EXTENDED]), ticks
         length = round(free_run.SEGMENT_S * b.measured.rate)
         self._length = length
         parts = np.arange(len(self._starts))
@@ -108,7 +109,7 @@ class _Runs:
             begin = int(self._parts[number]) * self._length
             part = slice(begin, begin + self._length, self._every)
             at = self._starts[self._parts[number]]
-            angle, _ = free_run.segment(self._b, whole[:EXTENDED], begin, at, self._length)
+            angle, _ = free_run.segment(self._b, whole[:EXTENDED], begin, at, self._length, self._ticks)
             return (angle[:: self._every] - self._b.measured.angle[part]) * self._weights[number]
 
         return np.concatenate([*side_by_side(run, range(len(self._parts)))])
