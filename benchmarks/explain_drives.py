@@ -3,8 +3,8 @@
     python benchmarks/explain_drives.py FIRST COUNT
 
 Each of COUNT drawn axes, linear and rotary in turn, is measured as each of CASES: in order, with its force read too
-large or too small, with a wrong mass or friction, with friction that differs by direction, with a wave once a turn.
-Printed is what the answers are worth.
+large or too small, with a wrong mass or friction, with friction that differs by direction, with a wave once a turn,
+with a fan. Printed is what the answers are worth.
 """
 
 import sys
@@ -34,6 +34,7 @@ CASES = {
     "friction 50 % larger": ({"wrong": {COULOMB: 1.5, STICTION: 1.5}}, ("parameter:coulomb", "parameter:stiction")),
     "friction 20 % apart by direction": ({"asymmetry": 0.2}, ("friction_asymmetry",)),
     "a wave of 20 % of the friction once a turn": ({"tooth": 0.2}, ("cogging_torque",)),
+    "a fan that drags as much as the friction": ({"fan": 1.0}, ("fan_drag",)),
 }
 
 

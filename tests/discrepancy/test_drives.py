@@ -65,6 +65,22 @@ def test_gravity_that_the_file_lacks_is_found_with_its_size():
     assert math.hypot(*sizes) == pytest.approx(stated, rel=0.12)  # the file is up to 10 % off
 
 
+@pytest.mark.parametrize(
+    ("motion", "driven"), [("rotary", "voltage"), pytest.param("linear", "force", marks=pytest.mark.study)]
+)
+def test_a_fan_that_the_file_lacks_is_found_with_its_size(motion, driven):
+    """Viscosity and the friction's peak cannot bend as a square of the speed does."""
+    axis = draw_axis(222111, motion, driven=driven, fan=1.0)
+    findings = searched(axis)
+    assert findings.verdict == "explained"
+    (found,) = findings.accepted
+    assert found.winner.id == "fan_drag"
+    true = (
+        findings.model.values.coulomb * (10.0 / {"rotary": 12.0, "linear": 0.35}[motion]) ** 2
+    )  # the file is 10 % off
+    assert float(findings.final.fit.whole[CATALOGUE["fan_drag"].indices[0]]) == pytest.approx(true, rel=0.15)
+
+
 @pytest.mark.study
 @pytest.mark.parametrize("motion", ["linear", "rotary"])
 def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):

@@ -88,6 +88,7 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
         Need.THROTTLE: (not device.is_throttle, "not part of a drive"),
         Need.SPRING: (not device.has_spring, "no spring"),
         Need.STOPS: (not device.has_stops, "no stops"),
+        Need.FREE: (device.has_stops, "stops hold it before it is fast"),
         Need.PENDULUM: (not device.turns_a_load, "nothing that gravity turns"),
         Need.MOTOR_ANGLE: (any(motor is None for motor, _ in angles), "no motor angle"),
         Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),

@@ -52,6 +52,7 @@ class Need(Enum):
     THROTTLE = "a plate with springs, stops and a gear"
     SPRING = "a spring"
     STOPS = "stops"
+    FREE = "a travel without stops"
     PENDULUM = "a shaft that may turn a load against gravity"
 
 

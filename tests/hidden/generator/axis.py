@@ -16,8 +16,8 @@ _CONTROL = 100  # ticks from one command to the next
 _BANDWIDTH = 80.0  # rad/s of the controller
 
 MASS, VISCOUS, COULOMB, STICTION, SETTLED, STIFFNESS, DAMPING, LOAD, ASYMMETRY, TOOTH, TURN, STEP = range(12)
-GRAVITY, HANGS, SPRING, REST, RESISTANCE, INDUCTANCE, CONSTANT = range(12, 19)
-_SIZE = 19
+GRAVITY, HANGS, SPRING, REST, RESISTANCE, INDUCTANCE, CONSTANT, FAN = range(12, 20)
+_SIZE = 20
 _MOTIONS = {
     # mass, coulomb, viscous, settled speed, presliding, steps of the sensor in a turn; way, speed, acceleration
     "linear": ((20, 150), (10, 60), (50, 400), (8e-3, 3e-2), (5e-6, 2e-5), (5e4, 5e4), (0.2, 0.35, 4.0)),
@@ -47,6 +47,7 @@ def _rates(x, v, z, force, p):
     drag = p[STIFFNESS] * z + p[DAMPING] * rate + p[VISCOUS] * v + p[LOAD]
     drag += p[TOOTH] * math.sin(2.0 * math.pi * x / p[TURN])
     drag += p[GRAVITY] * math.sin(x - p[HANGS]) + p[SPRING] * (x - p[REST])
+    drag += p[FAN] * v * abs(v)
     return (force - drag) / p[MASS], rate
 
 
@@ -94,6 +95,7 @@ def draw_axis(
     wrong=(),
     asymmetry=0.0,
     tooth=0.0,
+    fan=0.0,
     rate=1000,
     seconds=40.0,
     way_of=None,
@@ -104,7 +106,8 @@ def draw_axis(
     `driven`: "force", "current", "voltage", or "voltage and current" where both were read. `gravity`, `spring`: their
     force at most, in shares of the friction; `is_stated`: whether the file has them. `force_scale`: what its force is
     read as, over what it is; `wrong`: {parameter's place: true value over the drawn one}; `asymmetry`: a share of the
-    friction; `tooth`: a force that comes once a turn, in shares of the friction.
+    friction; `tooth`: a force that comes once a turn, and `fan`: a drag over the square of the speed, at the highest
+    one, in shares of the friction.
     `way_of`: seed of another path and noise of the same unit; `zero`: what its sensor reads at 0, in turns.
     """
     rng = np.random.default_rng([seed, *motion.encode()])
@@ -122,12 +125,13 @@ def draw_axis(
         p[SPRING], p[REST] = spring * p[COULOMB] / way, rng.uniform(-0.2, 0.2) * way
     if spring:
         p[LOAD] = 0.0
-    believed = p * rng.uniform(1.0 / 1.1, 1.1, len(p))
+    believed = p.copy()
+    believed[:FAN] *= rng.uniform(1.0 / 1.1, 1.1, FAN)
     believed[LOAD] = p[LOAD] + 0.05 * p[COULOMB] * rng.uniform(-1.0, 1.0)
     believed[HANGS], believed[REST] = p[HANGS], p[REST] + 0.01 * way * rng.uniform(-1.0, 1.0)
     p[STIFFNESS] = p[COULOMB] / p[STIFFNESS]
     p[DAMPING] = 0.02 * p[COULOMB] / p[SETTLED]
-    p[ASYMMETRY], p[TOOTH] = asymmetry, tooth * p[COULOMB]
+    p[ASYMMETRY], p[TOOTH], p[FAN] = asymmetry, tooth * p[COULOMB], fan * p[COULOMB] / speed**2
     most = 40.0 * p[COULOMB] + 3.0 * p[MASS] * acceleration
     if driven != "force":
         # A motor that takes 10 A at the most, and its winding: the back-EMF is half of the voltage at full speed.
