@@ -65,6 +65,13 @@ def test_gravity_that_the_file_lacks_is_found_with_its_size():
     assert math.hypot(*sizes) == pytest.approx(stated, rel=0.12)  # the file is up to 10 % off
 
 
+@pytest.mark.parametrize("axis", [pytest.param(k, marks=[pytest.mark.study] if k < 5 else []) for k in range(6)])
+def test_beside_friction_that_differs_by_direction_no_force_is_late(axis):
+    """Each model of such a drive has a delay: what it is worth is told by the same descent with it and without it."""
+    findings = searched(draw_axis(91302 + axis, "rotary", asymmetry=0.2))
+    assert {found.winner.id for found in findings.accepted} <= {"friction_asymmetry"}
+
+
 @pytest.mark.parametrize(
     ("motion", "driven"), [("rotary", "voltage"), pytest.param("linear", "force", marks=pytest.mark.study)]
 )
