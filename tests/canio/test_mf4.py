@@ -166,8 +166,7 @@ def test_asammdf_decodes_what_we_write_as_we_decode_it(tmp_path):
     np.testing.assert_array_equal(read(path)[0].stamp_ns, frames.stamp_ns)
 
 
-@pytest.mark.parametrize("compression", [3, 4, 5, 6])
-@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize(("compression", "mixed"), [(3, True), (4, False), (5, False), (6, True)])
 def test_blocks_packed_in_other_ways_are_read_as_python_can_reads_them(tmp_path, compression, mixed):
     """Zstandard and LZ4, plain and transposed, of MDF 4.3."""
     plain, path = tmp_path / "plain.mf4", tmp_path / "packed.mf4"

@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+from functools import cache
 from pathlib import Path
 
 import cantools
@@ -36,6 +37,11 @@ def test_the_stock_controllers_roles_are_the_first_guesses(bench, dbc):
     assert mapped.keys() == chosen(found).keys()
 
 
+@cache
+def _of_a_vehicle(file):
+    return proposals(load_dbc(VEHICLES / file))
+
+
 @pytest.mark.skipif(not VEHICLES.is_dir(), reason="needs the measured data beside the checkout")
 @pytest.mark.parametrize(
     ("file", "role", "signal"),
@@ -50,7 +56,7 @@ def test_the_stock_controllers_roles_are_the_first_guesses(bench, dbc):
     ],
 )
 def test_what_a_vehicles_file_has_is_among_the_guesses(file, role, signal):
-    found = proposals(load_dbc(VEHICLES / file))
+    found = _of_a_vehicle(file)
     assert signal in [guess.signal for guess in found[role][:3]]
     assert not {"motor_angle", "throttle_angle", "command_mode"} & chosen(found).keys()  # a vehicle's bus has none
 
