@@ -20,7 +20,10 @@ from etb_hil.plant.device import Device, Driven
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 
-NOT_OF_A_THROTTLE = {"gravity_load": "nothing that gravity turns"}
+NOT_OF_A_THROTTLE = {
+    "fan_drag": "stops hold it before it is fast",
+    "gravity_load": "nothing that gravity turns",
+}
 LINEAR = Device(is_throttle=False, driven=Driven.FORCE, is_linear=True)
 
 

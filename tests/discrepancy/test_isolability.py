@@ -33,6 +33,12 @@ def test_a_textbook_sweep_leaves_more_open(parts):
     assert len(designed.not_isolable) <= 10
 
 
+def test_of_what_a_throttle_cannot_have_nothing_is_said(parts):
+    told = {id_ for part in parts for pair in part.not_isolable for id_ in (*pair[:2], *part.hidden)}
+    assert told
+    assert not told & {"fan_drag", "gravity_load"}
+
+
 @pytest.mark.study
 def test_another_record_never_hides_what_the_first_one_shows(records, parts):
     assert set(isolability_of(MODEL, records).hidden) <= set(parts[1].hidden)

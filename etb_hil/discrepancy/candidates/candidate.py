@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.fit import Fit
 from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.plant.device import Device
 from etb_hil.plant.effects.catalogue import CATALOGUE, acting_at
 from etb_hil.plant.effects.effect import Effect, Need
 from etb_hil.plant.effects.port import VOLTAGE
@@ -84,15 +85,30 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
         Need.PLATE_ANGLE: (any(plate is None for _, plate in angles), "no plate angle"),
         Need.CURRENT: (not all(b.has[1] for b in balances), "no current" if device.has_winding else "no winding"),
         Need.DRIVING: (any(b.measured.current is None for b in balances), "no current"),
+        **_lacks(device),
+        Need.MOTOR_ANGLE: (any(motor is None for motor, _ in angles), "no motor angle"),
+        Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
+    }
+    return _lacking(lacks)
+
+
+def no_part_of(device: Device) -> dict[str, str]:
+    """Return the effects that a device cannot have, by id, with what it lacks."""
+    return _lacking(_lacks(device))
+
+
+def _lacks(device: Device) -> dict[Need, tuple[bool, str]]:
+    return {
         Need.OPEN_BRIDGE: (not device.is_throttle, "the bridge of a drive is never open"),
         Need.THROTTLE: (not device.is_throttle, "not part of a drive"),
         Need.SPRING: (not device.has_spring, "no spring"),
         Need.STOPS: (not device.has_stops, "no stops"),
         Need.FREE: (device.has_stops, "stops hold it before it is fast"),
         Need.PENDULUM: (not device.turns_a_load, "nothing that gravity turns"),
-        Need.MOTOR_ANGLE: (any(motor is None for motor, _ in angles), "no motor angle"),
-        Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
     }
+
+
+def _lacking(lacks: Mapping[Need, tuple[bool, str]]) -> dict[str, str]:
     return {
         effect.id: says
         for effect in CATALOGUE.values()

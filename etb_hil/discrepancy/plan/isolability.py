@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from etb_hil.discrepancy.candidates.candidate import no_part_of
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.estimation.record import joined
@@ -22,5 +23,6 @@ def isolability_of(model: Model, records: Sequence[Sequence[Measurement]]) -> Is
     thinned = [joined([as_record(one, model) for one in parts]).thinned(SEARCHED, PARTS) for parts in records]
     made = prepared(joined(thinned), model)
     record, fit = made.calibrated()
-    shapes = candidates(record, fit.parameters, made.effects.values())
+    without = no_part_of(model.device)
+    shapes = candidates(record, fit.parameters, [one for id_, one in made.effects.items() if id_ not in without])
     return isolability(information_of(record, fit.parameters, fit.unknowns, shapes))
