@@ -157,9 +157,9 @@ def _late(record: Record, fit: Fitted, without: Collection[str]) -> Step | None:
         p = fit.parameters.copy()
         p[places] = 0.0
         others = [one for one in fit.unknowns if one.effect is not effect]
-        # From what the fit has: with other disturbances a descent may end on a hill that the delay has no part in.
+        # From the fit's disturbances, too: with others a descent may end on a hill that the delay has no part in.
         begins = [begun(record, p, others, each) for each in (fit.disturbance, first_disturbance(p))]
-        before = settled(record, max(begins, key=lambda one: one.posterior))
+        before = max((settled(record, one) for one in begins), key=lambda one: one.posterior)
         found = Hypothesis.of((id_,), before, fit)
         if found.evidence > GAIN and found.misfit < NEEDED * found.without and found.without > NOTHING:
             return Step(found.without, (found,), NEEDED, is_material=True)

@@ -25,7 +25,7 @@ STEP_S = 0.01  # of the one-step error
 _DRAWS = 2000  # of the bootstrap of a gain
 _LEAD_S = 2.5e-4  # of a step along the measured motion, about: shorter ones do not change the error of a free run
 _STEPS_S = (2.5e-4, 1.25e-4)  # of a step of a free run, about, where it changes so little of what the model is off by
-_CHANGE = 0.1  # its square, 1 %, is what such a step adds to the mean square
+_CHANGE, _GROWS = 0.1, 0.01  # of the rms error: a step changes a reading, and the error, by that at most
 
 
 def starts(b: Balances, p: Vector) -> Float64:
@@ -77,17 +77,20 @@ def fewest_ticks(b: Balances, p: Vector) -> int:
     if not begins:
         return most
     numbers, states, judged = range(len(begins)), starts(b, p), slice(len(begins) * samples)
-    measured = [signal[judged] for signal in (m.angle, m.current) if signal is not None]
+    current = m.current if m.device.has_winding else None
+    measured = [signal[judged] for signal in (m.angle, current) if signal is not None]
 
-    def run(ticks: int) -> list[Float64]:
+    def off(ticks: int) -> list[Float64]:
         parts = [*side_by_side(lambda k: segment(b, p, begins[k], states[k], samples, ticks, _resets(b)), numbers)]
-        return [np.concatenate([part[signal] for part in parts]) for signal in range(len(measured))]
+        return [np.concatenate([part[k] for part in parts]) - signal for k, signal in enumerate(measured)]
 
-    at_most = run(most)
-    off = [rms(one - other) for one, other in zip(at_most, measured, strict=True)]
+    def is_same(few: Float64, all_: Float64) -> bool:
+        return rms(few - all_) <= _CHANGE * rms(all_) and abs(rms(few) - rms(all_)) <= _GROWS * rms(all_)
+
+    at_most = off(most)
     for step in _STEPS_S:
         ticks = min(max(1, round(m.dt / step)), most)
-        if all(rms(one - other) <= _CHANGE * its for one, other, its in zip(run(ticks), at_most, off, strict=True)):
+        if all(map(is_same, off(ticks), at_most)):
             return ticks
     return most
 
