@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Protocol
 
 from etb_hil.base.modes import Mode
@@ -133,10 +133,11 @@ class Motion:
         A velocity is monotone along a piece, so they are at the ends of pieces, and where the motion turns back.
         """
         found = []
-        for piece, position, after in zip(self._pieces, self._positions, self._positions[1:], strict=False):
-            found += [SetPoint(_POSITION, position, piece.start), SetPoint(_POSITION, after, piece.end)]
-            if piece.turns_at is not None:
-                found.append(SetPoint(_POSITION, position + piece.travel(piece.turns_at)))
+        for piece, (before, after) in zip(self._pieces, pairwise(self._positions), strict=True):
+            found += [SetPoint(_POSITION, before, piece.start), SetPoint(_POSITION, after, piece.end)]
+            turn = piece.turns_at
+            if turn is not None:
+                found.append(SetPoint(_POSITION, before + piece.travel(turn)))
         return found or [SetPoint(_POSITION, self.end)]
 
     def at(self, t: float) -> SetPoint:

@@ -24,8 +24,10 @@ SEGMENT_S = 2.0
 STEP_S = 0.01  # of the one-step error
 _DRAWS = 2000  # of the bootstrap of a gain
 _LEAD_S = 2.5e-4  # of a step along the measured motion, about: shorter ones do not change the error of a free run
-_STEPS_S = (2.5e-4, 1.25e-4)  # of a step of a free run, about, where it changes so little of what the model is off by
-_CHANGE, _GROWS = 0.1, 0.01  # of the rms error: a step changes a reading, and the error, by that at most
+# Steps of a free run, about, where they change so little: a reading by a tenth of the rms error, whose square is one
+# percent of the error's, and the error itself by one percent (decision 0033).
+_STEPS_S = (2.5e-4, 1.25e-4)
+_CHANGE, _GROWTH = 0.1, 0.01
 
 
 def starts(b: Balances, p: Vector) -> Float64:
@@ -74,7 +76,8 @@ def fewest_ticks(b: Balances, p: Vector) -> int:
     """
     m, samples, most = b.measured, round(SEGMENT_S * b.measured.rate), ticks_of(b.measured.dt)
     begins = range(0, len(m) - samples + 1, samples)
-    if not begins:
+    fewer = [ticks for ticks in (max(1, round(m.dt / step)) for step in _STEPS_S) if ticks < most]
+    if not begins or not fewer:
         return most
     numbers, states, judged = range(len(begins)), starts(b, p), slice(len(begins) * samples)
     current = m.current if m.device.has_winding else None
@@ -84,15 +87,12 @@ def fewest_ticks(b: Balances, p: Vector) -> int:
         parts = [*side_by_side(lambda k: segment(b, p, begins[k], states[k], samples, ticks, _resets(b)), numbers)]
         return [np.concatenate([part[k] for part in parts]) - signal for k, signal in enumerate(measured)]
 
-    def is_same(few: Float64, all_: Float64) -> bool:
-        return rms(few - all_) <= _CHANGE * rms(all_) and abs(rms(few) - rms(all_)) <= _GROWS * rms(all_)
+    def is_same(coarse: Float64, fine: Float64) -> bool:
+        error = rms(fine)
+        return rms(coarse - fine) <= _CHANGE * error and abs(rms(coarse) - error) <= _GROWTH * error
 
-    at_most = off(most)
-    for step in _STEPS_S:
-        ticks = min(max(1, round(m.dt / step)), most)
-        if all(map(is_same, off(ticks), at_most)):
-            return ticks
-    return most
+    by_most = off(most)
+    return next((ticks for ticks in fewer if all(map(is_same, off(ticks), by_most))), most)
 
 
 def _resets(b: Balances) -> int:

@@ -17,16 +17,7 @@ EFFECT = Effect(
     equation="T_f x |x|, x = omega / (10 rad/s)",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
-    parameters=(
-        strength(
-            "torque",
-            "N·m",
-            0.0,
-            1e3,
-            (1e-3,),
-            "at 10 rad/s: in a fast motor little, in a slow axis much more than it ever has",
-        ),
-    ),
+    parameters=(strength("torque", "N·m", 0.0, 1e3, (1e-3,), "at 10 rad/s, a hundred times the speed of some axes"),),
     looks_like="drag that is nothing at low speed and grows fourfold when the speed doubles",
     check="look for a fan, a rotor in air or oil, or a pump on the shaft",
     look_alikes=("stribeck_shape", "parameter:viscous"),
