@@ -78,6 +78,17 @@ def test_friction_that_stays_drifts_nowhere(rate):
         assert result.verdict is UnitVerdict.PASS
 
 
+@pytest.mark.parametrize("rate", [1000, pytest.param(20000, marks=pytest.mark.study)])
+def test_a_steep_curve_over_speed_is_no_drift(rate):
+    """Creeps come first. Taken for a drift, such a curve put T_st 3 % too high, with an interval of 2 %."""
+    unit = Unit(stiction=2.0 * Unit().stiction, exponent=0.5)
+    for result in judge(unit, rate, 21, 22, 23)[0]:
+        stiction = result.measurements["T_st"]
+        assert result.measurements.get("friction_drift") is None
+        assert stiction.value == pytest.approx(unit.stiction, rel=0.02)
+        assert stiction.low < unit.stiction < stiction.high
+
+
 ENDS = pytest.mark.parametrize(("drift", "ends"), [(-0.05, 1.0), (0.05, 1.0), (-0.05, 3.0), (-0.2, 1.0), (-0.05, 6.0)])
 
 
