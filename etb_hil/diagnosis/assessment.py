@@ -13,22 +13,21 @@ import numpy as np
 
 from etb_hil.diagnosis.bent_bristles import unsure_by_bristles, unsure_by_lag
 from etb_hil.diagnosis.break_away import BreakAway, break_aways
-from etb_hil.diagnosis.bump_fit import unsure_by_place, without_bumps
+from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
 from etb_hil.diagnosis.evidence import Evidence, gather_evidence
-from etb_hil.diagnosis.friction_laws import Law, laws_of
+from etb_hil.diagnosis.friction_laws import Law
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.hard_break_away import pairs_of
 from etb_hil.diagnosis.hidden_stiction import FALLS, hidden_stiction
 from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.noisy_angle import quieted, shape_for, slowest_for, unsure_by_noise
-from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, Prior, prior_of
+from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck, friction_of
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
-from etb_hil.diagnosis.window_weights import mean_square
 from etb_hil.diagnosis.windows import NARROW, Shape, Windows, place_windows, window_means
 from etb_hil.plant.exactmath import exp
 from etb_hil.plant.parameters import Model, ThrottleParameters
@@ -119,42 +118,23 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     fit = fit_stribeck(ticks, windows, evidence, prior)
     if fit is None:
         return Assessment(ticks, windows, evidence, (), balance, None, break_aways(ticks, throttle))
-    evidence, fit, drift, left, found = _explained(ticks, windows, evidence, prior, fit)
+    found = without_drift(ticks, windows, evidence, prior, fit)
+    evidence, fit, drift = found.evidence, found.fit, found.drift
     laws = []
-    for law in found:
+    for law in found.laws:
         unsure = law.fit
         if law.fit is fit:  # a free exponent is fitted to windows that slide; ageing shows in bent windows alone
             unsure = unsure_by_bristles(ticks, windows, evidence, prior, fit)
         unsure = unsure_by_lag(ticks, windows, evidence, law.prior, unsure)
         unsure = unsure_by_noise(quiet, windows, evidence, law.prior, unsure)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
-        own = left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
+        own = found.left if law.fit is fit or drift is not None else drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, own)))
     broken_away = break_aways(_with_friction(quiet.read, usable, throttle, laws[0].fit, windows.shape), throttle)
     hidden, pairs = 0.0, pairs_of(broken_away, throttle.limp_home)
     if all(max(one.speed, other.speed) > min(FALLS) for one, other in pairs):
         hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
     return Assessment(ticks, windows, evidence, laws, balance, drift, broken_away, pairs, hidden)
-
-
-def _explained(
-    ticks: Ticks, windows: Windows, whole: Evidence, prior: Prior, fit: StribeckFit
-) -> tuple[Evidence, StribeckFit, Drift | None, Drift | None, list[Law]]:
-    """Return what `without_drift` does, and the laws that friction may follow.
-
-    Motion is slow first and fast later, so that a curve of another law passes for a drift. Where that law alone leaves
-    less of what the plate did while it slid, there is no drift.
-    """
-    evidence, paper, drift, left = without_drift(ticks, windows, whole, prior, fit)
-    laws = laws_of(ticks, windows, evidence, prior, paper)
-    if drift is None:
-        return evidence, paper, drift, left, laws
-    steady, paper_alone = without_bumps(ticks, windows, whole, prior, fit)
-    alone = laws_of(ticks, windows, steady, prior, paper_alone)
-    shown = evidence.counts & steady.counts & whole.slides
-    if mean_square(alone[0].fit.residual[shown]) >= mean_square(laws[0].fit.residual[shown]):
-        return evidence, paper, drift, left, laws
-    return steady, paper_alone, None, drift_of(ticks, windows, steady, paper_alone), alone
 
 
 def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fit: StribeckFit, shape: Shape) -> Ticks:

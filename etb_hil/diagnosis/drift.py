@@ -9,12 +9,14 @@ passes for one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from etb_hil.diagnosis.bump_fit import excess_of, without_bumps
 from etb_hil.diagnosis.evidence import Evidence
+from etb_hil.diagnosis.friction_laws import Law, laws_of
 from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -70,42 +72,61 @@ class Drift:
         return self.rate * (self.last - self.first)
 
 
-def without_drift(
-    ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit
-) -> tuple[Evidence, StribeckFit, Drift | None, Drift | None]:
-    """Return the evidence and the fit without bumps and without drift, and the drift.
+@dataclass(frozen=True, slots=True)
+class WithoutDrift:
+    """What a run says of friction, with its drift taken off.
 
-    Where friction drifts beyond doubt, they are those for the middle of the run. What drifts by so little that it may
-    be the motor's torque leaves the fit as it is: `unsure_by_time` has it. Last comes the drift that is left in the
-    fit.
+    `evidence` and `fit`, by the paper's law, are without bumps; where friction drifts, they are those for the middle of
+    the run. `laws` are what friction may follow, the likeliest first. `left` is a drift that is in the fit still.
+    """
+
+    evidence: Evidence
+    fit: StribeckFit
+    laws: Sequence[Law]
+    drift: Drift | None
+    left: Drift | None
+
+
+def without_drift(ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit) -> WithoutDrift:
+    """Return what a run says of friction without bumps and without drift.
+
+    What drifts by so little that it may be the motor's torque leaves the fit as it is: `unsure_by_time` has it. Motion
+    is slow first and fast later, so that a curve of another law than the paper's passes for a drift, and a drift for
+    such a curve. So a drift is that beside the likeliest law, in turns until both stay.
     """
     evidence, fit = without_bumps(ticks, windows, known, prior, fit)
-    more = drift_of(ticks, windows, evidence, fit)
-    if more is not None and abs(more.whole) < _OF_THE_MOTOR:
-        return evidence, fit, None, more
+    laws = laws_of(ticks, windows, evidence, prior, fit)
+    left = more = drift_of(ticks, windows, evidence, laws[0].fit)
+    if laws[0].fit is not fit:
+        left = drift_of(ticks, windows, evidence, fit)
+    steady = here = WithoutDrift(evidence, fit, laws, None, left)
     found: Drift | None = None
     for _ in range(_TURNS):
         if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
             break
         tried = more if found is None else replace(more, rate=found.rate + more.rate)
         if max(tried.below, tried.above) > _MOST:
-            return evidence, fit, replace(tried, is_bent=True), more
+            return replace(here, drift=replace(tried, is_bent=True), left=more)
         along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
         drifting = replace(known, over_time=along)
         if found is None:  # the drift may have led the fit into another valley
             better = fit_stribeck(ticks, windows, drifting, prior)
         else:
-            better = refit(ticks, windows, drifting, prior, fit.parameters)
+            better = refit(ticks, windows, drifting, prior, here.fit.parameters)
         if better is None:
             break
         found = tried
         evidence, fit = without_bumps(ticks, windows, drifting, prior, better)
-        more = drift_of(ticks, windows, evidence, fit)
-    if found is None:
-        return evidence, fit, None, more
-    if more is not None:
-        found = replace(found, error=more.error, is_bent=_is_bent(ticks, windows, evidence, fit))
-    return evidence, fit, found, more
+        here = WithoutDrift(evidence, fit, laws_of(ticks, windows, evidence, prior, fit), found, None)
+        more = drift_of(ticks, windows, evidence, here.laws[0].fit)
+    if found is None or abs(found.whole) < _OF_THE_MOTOR:
+        return steady
+    if more is None:
+        return here
+    if abs(found.rate) <= _SURE * more.error:  # beside another law nothing is left of it
+        return steady
+    is_bent = _is_bent(ticks, windows, here.evidence, here.laws[0].fit)
+    return replace(here, drift=replace(found, error=more.error, is_bent=is_bent), left=more)
 
 
 def unsure_by_time(

@@ -78,15 +78,30 @@ def test_friction_that_stays_drifts_nowhere(rate):
         assert result.verdict is UnitVerdict.PASS
 
 
-@pytest.mark.parametrize("rate", [1000, pytest.param(20000, marks=pytest.mark.study)])
-def test_a_steep_curve_over_speed_is_no_drift(rate):
-    """Creeps come first. Taken for a drift, such a curve put T_st 3 % too high, with an interval of 2 %."""
-    unit = Unit(stiction=2.0 * Unit().stiction, exponent=0.5)
-    for result in judge(unit, rate, 21, 22, 23)[0]:
-        stiction = result.measurements["T_st"]
-        assert result.measurements.get("friction_drift") is None
-        assert stiction.value == pytest.approx(unit.stiction, rel=0.02)
-        assert stiction.low < unit.stiction < stiction.high
+@pytest.mark.parametrize(
+    ("exponent", "drift", "rate"),
+    [
+        (0.5, 0.0, 1000),
+        (0.5, -0.001, 1000),
+        (1.0, 0.003, 1000),
+        *(pytest.param(0.5, drift, 20000, marks=pytest.mark.study) for drift in (0.0, -0.01)),
+        *(pytest.param(2.5, drift, 1000, marks=pytest.mark.study) for drift in (0.0, -0.003)),
+    ],
+)
+def test_a_steep_curve_over_speed_is_no_drift_and_hides_none(exponent, drift, rate):
+    """Creeps come first. Taken for a drift, a steep curve put T_st 3 % too high, with an interval of 2 %."""
+    unit = Unit(stiction=1.8 * Unit().stiction, exponent=exponent, drift=drift)
+    results, begin, end = judge(unit, rate, 21, 22)
+    middle = 1.0 + drift * 0.5 * (begin + end)
+    for result in results:
+        stiction, coulomb = result.measurements["T_st"], result.measurements["T_c"]
+        assert stiction.low < middle * unit.stiction < stiction.high
+        assert coulomb.low < middle * unit.coulomb < coulomb.high
+        found = result.measurements.get("friction_drift")
+        if drift == 0.0:
+            assert found is None
+        else:
+            assert found.value == pytest.approx(drift / middle, rel=0.1)
 
 
 ENDS = pytest.mark.parametrize(("drift", "ends"), [(-0.05, 1.0), (0.05, 1.0), (-0.05, 3.0), (-0.2, 1.0), (-0.05, 6.0)])

@@ -32,7 +32,7 @@ def fitted():
         return kept
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("etb_hil.diagnosis.assessment.laws_of", keep("laws", laws_of))
+        patch.setattr("etb_hil.diagnosis.drift.laws_of", keep("laws", laws_of))
         patch.setattr("etb_hil.diagnosis.friction_laws.along_valley", keep("valley", along_valley))
         run, phases = friction_check(UNIT)
         bench = bench_model(off_by_tolerances(UNIT, np.random.default_rng(3)))
