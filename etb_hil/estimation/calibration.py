@@ -171,11 +171,15 @@ def _lower(fit: Fitted) -> Disturbance:
 
 
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
-    """Return the fit of base parameters, from as far off as their tolerances allow."""
+    """Return the fit of base parameters, from as far off as their tolerances allow.
+
+    Few of the samples lead the way.
+    """
     first = first_disturbance(parameters)
     p = _at_stops(record, parameters, unknowns, first)
     placed = record.placed(p)
-    return settled(placed, begun(placed, p, unknowns, first))
+    led = climbed(placed.few, begun(placed.few, p, unknowns, first))
+    return settled(placed, begun(placed, led.parameters, unknowns, led.disturbance))
 
 
 def first_disturbance(parameters: Float64) -> Disturbance:

@@ -265,7 +265,7 @@ def pass_time(
         forces.pass_time(one, x[OMEGA], theta - x[THETA], x[CURRENT], voltage, temperature, dt, memory, p)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FUSED)
+@njit(cache=True, error_model="numpy", fastmath=FUSED, nogil=True)
 def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     since: Vector,
     heat: Vector,

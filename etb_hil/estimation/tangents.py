@@ -212,7 +212,7 @@ def _read_at(
     return found
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
 def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     since: Vector,
     heat: Vector,

@@ -74,7 +74,7 @@ def _move(moved: Float64, f: Float64, ahead: Float64) -> None:
         copy_into(moved[i], 0, ahead[i])
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}, nogil=True)
 def normal_of_variances(  # noqa: C901, PLR0912 (one loop over the samples)
     since: Vector,
     dt: Vector,

@@ -102,6 +102,15 @@ class Hypothesis:
         is_likelier = self.evidence > other.evidence + GAIN
         return is_likelier and other.misfit > least and self.misfit < NEEDED * other.misfit
 
+    def excludes_by_far(self, near: Hypothesis) -> bool:
+        """Tell whether another one is excluded that other starts may improve.
+
+        It gains little beside this one, and would be excluded with much less of its misfit, too.
+        """
+        least = least_excluded(self.ids, self.misfit, self.without)
+        is_behind = near.evidence < NEEDED * self.evidence - GAIN
+        return is_behind and NEEDED * near.misfit > max(least, self.misfit / NEEDED)
+
     def is_idle_beside(self, other: Hypothesis) -> bool:
         """Tell whether it is another one with more in it, which gains nothing."""
         return set(other.ids) < set(self.ids) and self.evidence < other.evidence + GAIN

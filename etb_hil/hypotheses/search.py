@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.estimation.calibration import first_disturbance, settled
 from etb_hil.estimation.climbing import Fitted, begun, climbed
 from etb_hil.estimation.filtering import filtered
@@ -287,8 +288,8 @@ def stepped(
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
-    starts = [from_elsewhere(record, before, start, effects) for start in ranked(record, before, known, sets)]
-    starts = _begun_from(starts)
+    first = ranked(record, before, known, sets)
+    starts = _begun_from([*side_by_side(lambda start: from_elsewhere(record, before, start, effects), first)])
     if share < NEEDED:
         # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
         # one, the others need no fit.
@@ -310,24 +311,30 @@ def _begun_from(starts: Sequence[Start]) -> list[Start]:
 def _fitted_from(
     record: Record, before: Fitted, starts: Sequence[Start], effects: Mapping[str, Effect]
 ) -> list[Hypothesis]:
-    """Return the hypotheses of some starts.
+    """Return the hypotheses of some starts that are hopeful.
 
-    Only those that are hopeful are fitted to their end.
+    Those that remain far behind the likeliest have no other starts.
     """
     few = record.few
     least = filtered(few, before.parameters, before.disturbance).log_likelihood
-    tried: list[tuple[tuple[str, ...], Fitted]] = []
-    for start in starts:
-        aim = max((fit.posterior for _, fit in tried), default=-np.inf)
+
+    def tried(start: Start, aim: float) -> Fitted:
         p, disturbance = beginning(few, before, start, least)
-        unknowns = unknowns_with(before, start.ids, p, effects)
-        begin = begun(record, p, unknowns, disturbance)
-        tried.append((start.ids, climbed(record, begin, BEGUN, aim)))
-    found: list[Hypothesis] = []
-    for ids_, begin in _hopeful(before, tried):
-        aim = max((one.fit.posterior for one in found), default=-np.inf)
-        found.append(Hypothesis.of(ids_, before, likelier(record, settled(record, begin, aim), ids_, aim)))
-    return found
+        return climbed(record, begun(record, p, unknowns_with(before, start.ids, p, effects), disturbance), BEGUN, aim)
+
+    def ended(begin: Hypothesis, best: Hypothesis | None) -> Hypothesis:
+        aim = -np.inf if best is None else best.fit.posterior
+        near = Hypothesis.of(begin.ids, before, climbed(record, begin.fit, aim=aim))
+        if best is not None and best.excludes_by_far(near):
+            return near
+        return Hypothesis.of(begin.ids, before, likelier(record, settled(record, near.fit, aim), begin.ids, aim))
+
+    first = [tried(start, -np.inf) for start in starts[:1]]
+    others = side_by_side(lambda start: tried(start, first[0].posterior), starts[1:])
+    fits = zip(starts, (*first, *others), strict=True)
+    hopeful = _hopeful(before, [Hypothesis.of(start.ids, before, fit) for start, fit in fits])
+    found = [ended(begin, None) for begin in hopeful[:1]]
+    return [*found, *side_by_side(lambda begin: ended(begin, found[0]), hopeful[1:])]
 
 
 def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step | None:
@@ -347,9 +354,9 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
     return Step(left, (best, *(one for one in found if one is not best)), share, bool(material))
 
 
-def _hopeful(before: Fitted, tried: Sequence[tuple[tuple[str, ...], Fitted]]) -> list[tuple[tuple[str, ...], Fitted]]:
+def _hopeful(before: Fitted, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Return the hypotheses that gain enough beside the likeliest, that one first."""
-    found = sorted(tried, key=lambda one: -one[1].posterior)
-    most = max((fit.posterior for _, fit in found), default=before.posterior)
+    found = sorted(tried, key=lambda one: -one.fit.posterior)
+    most = max((one.fit.posterior for one in found), default=before.posterior)
     least = most - (1.0 - HOPELESS) * max(most - before.posterior, 0.0)
-    return [one for one in found if one[1].posterior >= least]
+    return [one for one in found if one.fit.posterior >= least]
