@@ -9,6 +9,7 @@ passes for one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -77,36 +78,34 @@ class WithoutDrift:
     """What a run says of friction, with its drift taken off.
 
     `evidence` and `fit`, by the paper's law, are without bumps; where friction drifts, they are those for the middle of
-    the run. `laws` are what friction may follow, the likeliest first. `left` is a drift that is in the fit still.
+    the run. `laws` are what friction may follow, the likeliest first. `little` is a drift that was taken off and may be
+    none of friction's.
     """
 
     evidence: Evidence
     fit: StribeckFit
     laws: Sequence[Law]
-    drift: Drift | None
-    left: Drift | None
+    drift: Drift | None = None
+    little: Drift | None = None
 
 
 def without_drift(ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit) -> WithoutDrift:
     """Return what a run says of friction without bumps and without drift.
 
-    What drifts by so little that it may be the motor's torque leaves the fit as it is: `unsure_by_time` has it. Motion
-    is slow first and fast later, so that a curve of another law than the paper's passes for a drift, and a drift for
-    such a curve. So a drift is that beside the likeliest law, in turns until both stay.
+    Motion is slow first and fast later, so that a curve of another law than the paper's passes for a drift, and a drift
+    for such a curve. So a drift is that beside the likeliest law; both are fitted in turns until the drift stays, five
+    times at most. What the last turn left of it is its error, too.
     """
     evidence, fit = without_bumps(ticks, windows, known, prior, fit)
-    laws = laws_of(ticks, windows, evidence, prior, fit)
-    left = more = drift_of(ticks, windows, evidence, laws[0].fit)
-    if laws[0].fit is not fit:
-        left = drift_of(ticks, windows, evidence, fit)
-    steady = here = WithoutDrift(evidence, fit, laws, None, left)
+    here = WithoutDrift(evidence, fit, laws_of(ticks, windows, evidence, prior, fit))
+    more = drift_of(ticks, windows, evidence, here.laws[0].fit)
     found: Drift | None = None
     for _ in range(_TURNS):
         if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
             break
         tried = more if found is None else replace(more, rate=found.rate + more.rate)
         if max(tried.below, tried.above) > _MOST:
-            return replace(here, drift=replace(tried, is_bent=True), left=more)
+            return replace(here, drift=replace(tried, is_bent=True))
         along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
         drifting = replace(known, over_time=along)
         if found is None:  # the drift may have led the fit into another valley
@@ -117,16 +116,16 @@ def without_drift(ticks: Ticks, windows: Windows, known: Evidence, prior: Prior,
             break
         found = tried
         evidence, fit = without_bumps(ticks, windows, drifting, prior, better)
-        here = WithoutDrift(evidence, fit, laws_of(ticks, windows, evidence, prior, fit), found, None)
+        here = WithoutDrift(evidence, fit, laws_of(ticks, windows, evidence, prior, fit))
         more = drift_of(ticks, windows, evidence, here.laws[0].fit)
-    if found is None or abs(found.whole) < _OF_THE_MOTOR:
-        return steady
-    if more is None:
+    if found is None:
         return here
-    if abs(found.rate) <= _SURE * more.error:  # beside another law nothing is left of it
-        return steady
-    is_bent = _is_bent(ticks, windows, here.evidence, here.laws[0].fit)
-    return replace(here, drift=replace(found, error=more.error, is_bent=is_bent), left=more)
+    if more is None:
+        return replace(here, drift=replace(found, is_bent=True))
+    found = replace(found, error=math.hypot(more.error, more.rate))
+    if abs(found.whole) < _OF_THE_MOTOR or abs(found.rate) <= _SURE * found.error:
+        return replace(here, little=found)
+    return replace(here, drift=replace(found, is_bent=_is_bent(ticks, windows, here.evidence, here.laws[0].fit)))
 
 
 def unsure_by_time(
@@ -136,18 +135,18 @@ def unsure_by_time(
     prior: Prior,
     fit: StribeckFit,
     drift: Drift | None,
-    left: Drift | None,
+    little: Drift | None,
 ) -> StribeckFit:
     """Return a fit as unsure as a drift makes it.
 
-    That is the `drift` that was taken off, or one `left` in the fit that is so small that it may be the motor's torque.
+    That is the `drift` that was taken off, or a sure one that may be the motor's torque: `little` of it.
     """
     if drift is not None:
         along = 1.0 + drift.error * (_elapsed(ticks) - drift.middle) / evidence.over_time
-    elif left is None or abs(left.rate) <= _SURE * left.error or abs(left.whole) >= _OF_THE_MOTOR:
+    elif little is None or abs(little.rate) <= _SURE * little.error:
         return fit
     else:
-        along = 1.0 + left.rate * (_elapsed(ticks) - left.middle)
+        along = 1.0 + little.rate * (_elapsed(ticks) - little.middle)
     return widened_by(ticks, windows, evidence, prior, fit, evidence.over_time * along)
 
 

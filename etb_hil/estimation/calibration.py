@@ -173,13 +173,15 @@ def _lower(fit: Fitted) -> Disturbance:
 def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
     """Return the fit of base parameters, from as far off as their tolerances allow.
 
-    Few of the samples lead the way.
+    Few of the samples lead the way, where all of them are likelier there.
     """
     first = first_disturbance(parameters)
     p = _at_stops(record, parameters, unknowns, first)
     placed = record.placed(p)
-    led = climbed(placed.few, begun(placed.few, p, unknowns, first))
-    return settled(placed, begun(placed, led.parameters, unknowns, led.disturbance))
+    few = placed.few
+    led = climbed(few, begun(few, p, unknowns, first))
+    begins = [begun(placed, p, unknowns, first), begun(placed, led.parameters, unknowns, led.disturbance)]
+    return settled(placed, max(begins, key=lambda one: one.posterior))
 
 
 def first_disturbance(parameters: Float64) -> Disturbance:

@@ -108,7 +108,7 @@ class Hypothesis:
         It gains little beside this one, and would be excluded with much less of its misfit, too.
         """
         least = least_excluded(self.ids, self.misfit, self.without)
-        is_behind = near.evidence < NEEDED * self.evidence - GAIN
+        is_behind = self.evidence > GAIN and near.evidence < NEEDED * self.evidence - GAIN
         return is_behind and NEEDED * near.misfit > max(least, self.misfit / NEEDED)
 
     def is_idle_beside(self, other: Hypothesis) -> bool:

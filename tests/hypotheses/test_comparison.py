@@ -92,6 +92,26 @@ def test_a_number_that_is_wrong_excludes_all_others(kind, cause, others):
     assert not any(one.excludes(first) for one in rest)
 
 
+def test_what_gains_little_beside_a_cause_and_leaves_much_is_excluded_by_far():
+    first, *_ = _compared("break-away", "stiction", "friction_load")
+    far = replace(first, ids=("friction_load",), evidence=0.3 * first.evidence, misfit=first.without)
+    assert first.excludes_by_far(far)
+    assert first.excludes(far)
+    assert not first.excludes_by_far(replace(far, evidence=0.9 * first.evidence))
+    assert not first.excludes_by_far(replace(far, misfit=1.0))
+    assert not replace(first, evidence=-100.0).excludes_by_far(replace(far, evidence=-99.0))
+
+
+def test_what_is_compared_does_not_depend_on_how_many_cores_there_are(monkeypatch):
+    answers = []
+    for cores in (1, 2):
+        monkeypatch.setattr("etb_hil.base.side_by_side.cores", lambda cores=cores: cores)
+        found = _compared("spring", "preload_open", "spring_preload_shift", "supply_sag", "inertia")
+        answers.append([(one.ids, one.evidence, one.misfit) for one in found])
+    assert len(answers[0]) > 2
+    assert answers[0] == answers[1]
+
+
 def test_friction_that_rises_everywhere_is_both_numbers_together():
     first, *rest = _compared("everywhere", "presliding_hysteresis", "coulomb", "stiction")
     assert first.ids == ("parameter:coulomb", "parameter:stiction")
