@@ -288,8 +288,8 @@ def stepped(
     base = [name for name in base if name not in BENCH and PARAMETER + name not in without]
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
-    first = ranked(record, before, known, sets)
-    starts = _begun_from([*side_by_side(lambda start: from_elsewhere(record, before, start, effects), first)])
+    linear = ranked(record, before, known, sets)
+    starts = _begun_from([*side_by_side(lambda start: from_elsewhere(record, before, start, effects), linear)])
     if share < NEEDED:
         # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
         # one, the others need no fit.
