@@ -128,7 +128,9 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = unsure_by_lag(ticks, windows, evidence, law.prior, unsure)
         unsure = unsure_by_noise(quiet, windows, evidence, law.prior, unsure)
         unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
-        little = found.little or drift_of(ticks, windows, evidence, law.fit)
+        little = found.little
+        if drift is None and little is None:
+            little = drift_of(ticks, windows, evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, little)))
     broken_away = break_aways(_with_friction(quiet.read, usable, throttle, laws[0].fit, windows.shape), throttle)
     hidden, pairs = 0.0, pairs_of(broken_away, throttle.limp_home)

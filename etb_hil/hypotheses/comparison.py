@@ -103,9 +103,10 @@ class Hypothesis:
         return is_likelier and other.misfit > least and self.misfit < NEEDED * other.misfit
 
     def excludes_by_far(self, near: Hypothesis) -> bool:
-        """Tell whether another one is excluded that other starts may improve.
+        """Tell whether another one is excluded, and no other start will change that.
 
-        It gains little beside this one, and would be excluded with much less of its misfit, too.
+        It gains two thirds of this one at most, and would be excluded with two thirds of its misfit, too. `near`: that
+        one where its first descent ended.
         """
         least = least_excluded(self.ids, self.misfit, self.without)
         is_behind = self.evidence > GAIN and near.evidence < NEEDED * self.evidence - GAIN

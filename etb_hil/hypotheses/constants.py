@@ -10,7 +10,7 @@ PARAMETER = "parameter:"  # begins the id of a base parameter as a cause
 # A base parameter as a cause has this many tolerances as its standard deviation.
 BEYOND = 10.0
 # What excludes a hypothesis is likelier by so many nats (10 to 200 give the same), and leaves at most this share of
-# what that one leaves; at 0.8 superfluous causes stay. That share of evidence and of misfit is "by far", too.
+# what that one leaves; at 0.8 superfluous causes stay. The same share, of evidence and of misfit, excludes by far.
 GAIN, NEEDED = 25.0, 0.67
 # Share of T_c below which a disturbance is none: what the filter's friction is off by on a healthy unit.
 IMMATERIAL = 0.003
