@@ -47,6 +47,11 @@ UNIT_REASONS = {
     "another_friction_law": Wording(
         "Friction does not follow the law of the model. The intervals of the numbers hold that.", "Nothing to do.", True
     ),
+    "friction_by_no_law": Wording(
+        "Friction over speed goes by no known law. Sliding friction is known by an upper bound alone.",
+        "Have an engineer look at the friction over speed in the report; repeating the test does not help.",
+        True,
+    ),
     "model_contradicted": Wording("The unit differs from the model in more than friction.", _OTHER, True),
     "uneven_way": Wording(
         "Friction is uneven along the way: {friction_least} at {friction_least_at}, {friction_most} at "

@@ -46,6 +46,7 @@ _DROP_STANDS_OUT = 3.0  # standard errors
 # by between them exceeds that of so many rad/s; up to there, draws see it. No noise, so it does not average out
 # (decision 0010; `benchmarks/interval_coverage.py`).
 _BETWEEN_TICKS, _CHANGE = 0.002, 0.8
+_SHARES = np.linspace(0.05, 1.0, 20)  # of the fastest speed, at which friction bounds T_c
 _REACH = 4  # ticks, over which an acceleration stands out of the encoder's steps
 
 
@@ -155,17 +156,20 @@ def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fi
     return replace(ticks, friction=np.interp(np.arange(len(ticks)), windows.centre, friction))
 
 
-def fitted_numbers(assessment: Assessment, throttle: ThrottleParameters) -> dict[str, Interval]:
+def fitted_numbers(
+    assessment: Assessment, throttle: ThrottleParameters, *, is_by_a_law: bool = True
+) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and return margin with their intervals.
 
     There are none without a fit. They are in SI units at the throttle shaft, and those of all laws by which friction
     may go, in the proportion of their probabilities. A number that the likeliest law does not have is left out. T_st
-    reaches up to what slower motion may hide.
+    reaches up to what slower motion may hide. Where friction goes by no law (not `is_by_a_law`), only T_st is more than
+    bounded.
     """
     laws, fastest, hardest = assessment.laws, assessment.fastest, assessment.hardest
     if not laws:
         return {}
-    numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest)) for law in laws]
+    numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest, is_by_a_law)) for law in laws]
     found = {}
     for name in numbers[0][1]:
         parts = [(probability, of[name]) for probability, of in numbers if name in of]
@@ -177,19 +181,22 @@ def fitted_numbers(assessment: Assessment, throttle: ThrottleParameters) -> dict
     return found
 
 
-def _numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
+def _numbers(
+    fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float, is_by_a_law: bool
+) -> dict[str, Interval]:
     """Return the numbers under one law.
 
-    Without a drop from T_st to T_c there is no omega_s.
+    Without a drop from T_st to T_c there is no omega_s, nor without a law that friction goes by.
     """
     q = fit.parameters
+    shows_drop = is_by_a_law and _shows_drop(fit, fastest)
     numbers = {
         "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
-        "T_c": _coulomb(fit, fastest, throttle),
-        "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
+        "T_c": _coulomb(fit, fastest, throttle, shows_drop),
+        "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})) if is_by_a_law else _viscous(fit, fastest),
         "return_margin": _return_margin(fit, throttle),
     }
-    if _shows_drop(fit, fastest):
+    if shows_drop:
         numbers["omega_s"] = _stribeck_velocity(fit, hardest)
     return numbers
 
@@ -221,27 +228,38 @@ def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
     return np.where(speeds >= 0.0, 1.0, -1.0) * steady_level(speeds, q) + q[VISCOUS] * speeds, error
 
 
-def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> Interval:
+def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters, shows_drop: bool) -> Interval:
     """Return T_c with its interval, wider where the plate never slid fast enough.
 
     Fast enough means far above omega_s. What the fitted curve has left at the fastest speed was never seen to fall
-    away. Where no drop from T_st stands out, the plate was slower than omega_s, or T_c might as well be nothing,
-    Stribeck effect and viscosity cannot be distinguished: T_c lies below T_st and below the friction at that speed, and
-    no more is known; not even that where the plate only crept.
+    away. Where no drop from T_st stands out, the plate was slower than omega_s, friction goes by no law, or T_c might
+    as well be nothing, Stribeck effect and viscosity cannot be distinguished: T_c lies below T_st and below friction at
+    every speed of the run, and no more is known; not even that where the plate only crept.
     """
     q = fit.parameters
     coulomb, drop = float(q[COULOMB]), float(q[DROP])
     stiction, stiction_error = fit.stiction
     around = _around(coulomb, fit.reach({COULOMB: 1.0}))
-    if _shows_drop(fit, fastest) and around.low > 0.0:
+    if shows_drop and around.low > 0.0:
         unseen = drop * float(peak_left(fastest, q))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
-    level, error = fitted_curve(fit, np.array([fastest]))
+    level, error = fitted_curve(fit, fastest * _SHARES)
     value = min(coulomb, stiction)
-    bound = min(stiction + TWO_SIDED_95 * stiction_error, float(level[0]) + TWO_SIDED_95 * float(error[0]))
+    bound = min(stiction + TWO_SIDED_95 * stiction_error, float(np.min(level + TWO_SIDED_95 * error)))
     if fastest < throttle.stribeck_velocity:
         bound = max(bound, around.high)
     return Interval(value, min(value, 0.0), max(value, bound))
+
+
+def _viscous(fit: StribeckFit, fastest: float) -> Interval:
+    """Return the viscosity of friction that goes by no law.
+
+    No more is known than that it takes at most all of the friction at the fastest speed.
+    """
+    level, error = fitted_curve(fit, np.array([fastest]))
+    most = (float(level[0]) + TWO_SIDED_95 * float(error[0])) / fastest
+    value = float(fit.parameters[VISCOUS])
+    return Interval(value, min(value, 0.0), max(value, most))
 
 
 def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:

@@ -42,6 +42,7 @@ from etb_hil.diagnosis.places_seen import seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.segments import SegmentCollector
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
+from etb_hil.diagnosis.speed_misfit import speed_misfit, speed_remarks
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
 from etb_hil.diagnosis.uneven_way import uneven_remarks, uneven_way
@@ -204,6 +205,8 @@ class Diagnosis:
         withheld = [*untold, *without_temperature(self._limits, self._zero.temperature)]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
         drift = None if withheld else assessment.drift
+        # friction by place would pass for friction by speed
+        misfit = speed_misfit(assessment) if way is None and not withheld else None
         is_bent = drift is not None and drift.is_bent
         widening = Widening()
         if fit is not None:
@@ -215,7 +218,7 @@ class Diagnosis:
             )
         unseen = too_wide_unseen(local, self._model, throttle, (self._lowest, self._highest))
         at_rest = resistance_at_rest(ticks) if fit is None else None
-        fitted = fitted_numbers(assessment, throttle)
+        fitted = fitted_numbers(assessment, throttle, is_by_a_law=misfit is None)
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
         series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away)
@@ -243,6 +246,7 @@ class Diagnosis:
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *hot_motor_remarks(hot),
                 *(() if fit is None else law_remarks(fit)),
+                *speed_remarks(misfit),
                 *(() if fit is None or is_above else unread(assessment.pairs, self._phases)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),

@@ -1,0 +1,70 @@
+"""Whether a run bears its likeliest law of friction out at every speed.
+
+Nothing but the law's form parts T_c, omega_s and viscosity from each other. Where friction at some speeds is off the
+law, as by losses in the motor's iron, the form is another one, and none of the three is known from it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.diagnosis.assessment import Assessment
+from etb_hil.diagnosis.law_score import score_of
+from etb_hil.diagnosis.result import Reason
+from etb_hil.diagnosis.stribeck_fit import Linearised
+from etb_hil.diagnosis.window_weights import weights_of
+
+# Standard errors. Of 308 units whose friction goes by a law 306 reach 2.2 in a run, and 31 of 36 with iron losses more
+# than 3 (those of `benchmarks/interval_coverage.py`, and `verdicts_under_effects.py --effects iron_loss`).
+_SURE = 3.0
+_SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(22)])  # rad/s: a level to each half octave
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedMisfit:
+    """Friction that is off the likeliest law by `torque` N·m, at about `speed` rad/s."""
+
+    speed: float
+    torque: float
+
+
+def speed_misfit(assessment: Assessment) -> SpeedMisfit | None:
+    """Return where friction over speed is most surely off the likeliest law.
+
+    None where it is nowhere. Each half octave of speed may have a level of its own beside the law; its score says
+    whether it has (Rao 1948).
+    """
+    if not assessment.laws:
+        return None
+    law, evidence = assessment.laws[0], assessment.evidence
+    fit, count = law.fit, law.prior.count
+    weight = weights_of(assessment.ticks, assessment.windows, evidence, fit.parameters, fit.residual).of_sliding
+    speed, way = np.abs(evidence.velocity), np.sign(evidence.velocity)
+    octave = np.searchsorted(_SPEEDS, speed)
+    levels = np.unique(octave[weight > 0.0])
+    own = np.where(octave[:, None] == levels, way[:, None], 0.0)
+    at = Linearised(fit.parameters, fit.residual, np.concatenate([fit.jacobian, own], axis=1))
+    worst, found = _SURE, None
+    for place, level in enumerate(levels.tolist()):
+        score = score_of(evidence, law.prior, at, range(count), count + place, weight)
+        if abs(score.total) > worst * math.sqrt(score.information):
+            worst = abs(score.total) / math.sqrt(score.information)
+            found = SpeedMisfit(float(speed[octave == level].mean()), score.total / score.information)
+    return found
+
+
+def speed_remarks(misfit: SpeedMisfit | None) -> list[Reason]:
+    """Return the remark on friction that goes by no fitted law.
+
+    The remark is made whatever the verdict.
+    """
+    if misfit is None:
+        return []
+    text = (
+        f"at about {misfit.speed:.2g} rad/s friction is {1e3 * misfit.torque:+.1f} mN·m off the likeliest law of "
+        "friction: T_c and viscosity are bounded above only, and omega_s is not given"
+    )
+    return [Reason("friction_by_no_law", text)]

@@ -1,0 +1,62 @@
+"""Friction over speed that goes by no law of friction: losses in the motor's iron, from the hidden generator."""
+
+from dataclasses import replace
+
+import explain_cases  # noqa: F401 (lets Python find the generator of hidden cases)
+import numpy as np
+import pytest
+from generator.rig import no_effects
+from independent_throttle import ELASTO_PLASTIC, Unit, friction_check, sense
+from test_diagnosis_verdicts import judge
+from verdicts_under_effects import judged, on_the_rig, sized
+
+SHARES = (0.15, 0.3)  # of T_c, that the losses take
+
+
+@pytest.fixture(scope="module", params=SHARES)
+def lossy(request):
+    unit = Unit(coulomb=0.15, stiction=0.18)
+    rig, phases = on_the_rig(unit, unit, 3, 1000, 20.0)
+    effects, _ = sized(rig, "iron_loss", request.param, np.random.default_rng(5), no_effects())
+    return judged(rig, phases, unit, effects, 1000, 1.0)
+
+
+def test_where_friction_is_off_the_law_is_said(lossy):
+    (said,) = [reason for reason in lossy.reasons if reason.id == "friction_by_no_law"]
+    assert "mN·m off the likeliest law" in said.text
+
+
+def test_what_only_the_law_parts_is_bounded_above_or_not_given(lossy):
+    assert lossy.measurements.get("T_c").low == 0.0
+    assert lossy.measurements.get("T_c").high > 0.15
+    assert lossy.measurements.get("viscous").low <= 0.0
+    assert lossy.measurements.get("viscous").high > 1e-3
+    assert lossy.measurements.get("omega_s") is None
+
+
+def test_stiction_is_known_without_the_law(lossy):
+    found = lossy.measurements.get("T_st")
+    assert found.low < 0.18 < found.high
+    assert found.high - found.low < 0.1 * found.value
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        Unit(),
+        Unit(stribeck_velocity=10.0),
+        Unit(exponent=0.7),
+        Unit(exponent=2.5),
+        Unit(dwell=0.08),
+        Unit(law=ELASTO_PLASTIC),
+        Unit(drift=-0.006),
+    ],
+    ids=["the paper's", "a slow fall", "steep", "blunt", "ageing", "elasto-plastic", "drifting"],
+)
+@pytest.mark.parametrize("seed", range(2))
+def test_friction_by_a_law_is_not_doubted(unit, seed):
+    unit = replace(unit, coulomb=0.13)
+    motion, phases = friction_check(unit)
+    result = judge(unit, sense(unit, motion, 1000, np.random.default_rng(seed)), phases, 1000)
+    assert all(reason.id != "friction_by_no_law" for reason in result.reasons)
+    assert result.measurements.get("T_c").low > 0.0
