@@ -193,9 +193,11 @@ def _numbers(
     numbers = {
         "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
         "T_c": _coulomb(fit, fastest, throttle, shows_drop),
-        "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})) if is_by_a_law else _viscous(fit, fastest),
+        "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
         "return_margin": _return_margin(fit, throttle),
     }
+    if not is_by_a_law:
+        numbers["T_c"], numbers["viscous"] = _at_most(numbers["T_c"].high), _at_most(_all_viscous(fit, fastest))
     if shows_drop:
         numbers["omega_s"] = _stribeck_velocity(fit, hardest)
     return numbers
@@ -251,15 +253,15 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters, sho
     return Interval(value, min(value, 0.0), max(value, bound))
 
 
-def _viscous(fit: StribeckFit, fastest: float) -> Interval:
-    """Return the viscosity of friction that goes by no law.
-
-    No more is known than that it takes at most all of the friction at the fastest speed.
-    """
+def _all_viscous(fit: StribeckFit, fastest: float) -> float:
+    """Return the viscosity that takes all of the friction at the fastest speed."""
     level, error = fitted_curve(fit, np.array([fastest]))
-    most = (float(level[0]) + TWO_SIDED_95 * float(error[0])) / fastest
-    value = float(fit.parameters[VISCOUS])
-    return Interval(value, min(value, 0.0), max(value, most))
+    return (float(level[0]) + TWO_SIDED_95 * float(error[0])) / fastest
+
+
+def _at_most(bound: float) -> Interval:
+    """Return what is known of a number that is bounded above only."""
+    return Interval(bound, 0.0, bound)
 
 
 def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:

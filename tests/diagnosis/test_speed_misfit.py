@@ -27,10 +27,11 @@ def test_where_friction_is_off_the_law_is_said(lossy):
 
 
 def test_what_only_the_law_parts_is_bounded_above_or_not_given(lossy):
-    assert lossy.measurements.get("T_c").low == 0.0
-    assert lossy.measurements.get("T_c").high > 0.15
-    assert lossy.measurements.get("viscous").low <= 0.0
-    assert lossy.measurements.get("viscous").high > 1e-3
+    for name, true in (("T_c", 0.15), ("viscous", 1e-3)):
+        found = lossy.measurements.get(name)
+        assert found.low == 0.0
+        assert true < found.value
+        assert found.value == pytest.approx(found.high, rel=0.05)  # but for the gain of the current
     assert lossy.measurements.get("omega_s") is None
 
 
