@@ -31,7 +31,7 @@ _RESTED = 0.012  # rad: as far as bristles give way
 _MOVED = 0.04  # rad: beyond presliding
 _SLID = 0.07  # rad: bristles that bend by 10 mrad, a sticky unit's, keep 3 % of their way after 0.04, 0.2 % after this
 _LONGEST = 4000  # ticks from rest to having moved that far
-_SLOW = 0.3  # rad/s: a faster start is no ramp of the torque; the stock scenario's fastest has 0.25
+_SLOW = 0.3  # rad/s: a faster start is no ramp of the torque; the fastest one of scenarios/break_away.yaml has 0.25
 _RAMP = 50  # ticks: a torque that rose for as long was a slow ramp, however fast the plate then started
 _MEAN = 10  # ticks that a peak is the mean of: noise has peaks of its own
 _CLEAR = 0.02  # rad from limp-home and the stops, whose torque jumps
@@ -63,16 +63,15 @@ class BreakAway:
 class BreakAwayTorque:
     """The mean break-away friction of both directions, with its 95 % interval.
 
-    The mean is in N·m, from `count` break-aways, whose `rates` N·m/s lay between the two given. `per_decade` is by what
-    share a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their intervals; None where the
-    rests, or the rates, are too close together.
+    The mean is in N·m, from `count` break-aways. `per_decade` is by what share a ten times longer rest raises it,
+    `per_rate` a ten times quicker ramp, with their intervals; None where the rests, or the rates, are too close
+    together.
     """
 
     value: float
     low: float
     high: float
     count: int
-    rates: tuple[float, float]
     per_decade: tuple[float, float, float] | None
     per_rate: tuple[float, float, float] | None
 
@@ -147,9 +146,8 @@ def break_away_torque(
     reach = 0.5 * TWO_SIDED_95 * error_of_means(by_way)
     rated = [one for one in found if one.rate > 0.0]
     rates = [one.rate for one in rated]
-    between = (min(rates), max(rates)) if rates else (math.nan, math.nan)
     return BreakAwayTorque(
-        value, value - reach, value + reach, len(found), between,
+        value, value - reach, value + reach, len(found),
         _per_decade(found, [one.rest for one in found], value), _per_decade(rated, rates, value),
     )  # fmt: skip
 

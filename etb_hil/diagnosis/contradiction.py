@@ -104,7 +104,7 @@ def withholding(
     if assessment.balance is not None and hot is None:
         found += _motor(assessment.balance, model, throttle)
     if text := _pushed(local):
-        found.append(_contradiction("spring_elsewhere", f"{text}: limp-home or a stop stands elsewhere"))
+        found.append(Reason("spring_elsewhere", f"{text}: limp-home or a stop stands elsewhere"))
     return [*found, *_one_way(assessment)]
 
 
@@ -177,14 +177,14 @@ def _motor(balance: VoltageBalance, model: Model, throttle: ThrottleParameters) 
             f"{_allowed(model, throttle, 'resistance'):.3f} off at most: the current channel or the model's resistance "
             "is wrong"
         )
-        found.append(_contradiction("resistance_contradicts", text))
+        found.append(Reason("resistance_contradicts", text))
     allowed = _allowed(model, throttle, "back_emf")
     if abs(balance.back_emf - throttle.back_emf) > allowed + _SURE * balance.back_emf_error:
         text = (
             f"K_e G_r measures {balance.back_emf:.4f} V·s/rad; the model says {throttle.back_emf:.4f}, {allowed:.4f} "
             "off at most: the model is another motor's, or the scale of angle or voltage is wrong"
         )
-        found.append(_contradiction("back_emf_contradicts", text))
+        found.append(Reason("back_emf_contradicts", text))
     return found
 
 
@@ -238,7 +238,7 @@ def remarks(
         )
     if not words:
         return []
-    return [_contradiction("model_contradicted", "beyond the model's tolerance: " + "; ".join(words))]
+    return [Reason("model_contradicted", "beyond the model's tolerance: " + "; ".join(words))]
 
 
 def law_remarks(fit: StribeckFit) -> list[Reason]:
@@ -362,7 +362,3 @@ def widened(value: float, low: float, high: float, gain: tuple[float, float]) ->
     low = value - half_width((value - low) / TWO_SIDED_95, even)
     high = value + half_width((high - value) / TWO_SIDED_95, even)
     return min(low, low / gain[0], low / gain[1]), max(high, high / gain[0], high / gain[1])
-
-
-def _contradiction(reason_id: str, text: str) -> Reason:
-    return Reason(reason_id, text)

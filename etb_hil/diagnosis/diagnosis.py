@@ -29,7 +29,7 @@ from etb_hil.diagnosis.direction import against_motor
 from etb_hil.diagnosis.drift import by_place_and_time, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.findings import Findings
-from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
+from etb_hil.diagnosis.grounds import Coverage, Grounds, local_excess, unexplained
 from etb_hil.diagnosis.hard_break_away import unread
 from etb_hil.diagnosis.hot_motor import hot_motor_remarks
 from etb_hil.diagnosis.limits import Limits, without_temperature
@@ -52,6 +52,7 @@ from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.guarded import fault_of
 from etb_hil.observer.registry import DEFAULT, observer_kind
 from etb_hil.plant.parameters import Model, ThrottleParameters
+from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Float64, SampleBlock
 from etb_hil.results.measurement import Measurement, Measurements
 
@@ -64,7 +65,7 @@ if TYPE_CHECKING:
 class Snapshot:
     """What the panel shows while a run goes on.
 
-    The reading has the live reading, the limits in N·m at the throttle shaft, and how many exceedances there are so
+    It has the live reading, the limits of T_st and T_c in N·m at the throttle shaft, and the number of exceedances so
     far. A limit that is not stated is None.
     """
 
@@ -220,7 +221,8 @@ class Diagnosis:
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fitted = fitted_numbers(assessment, throttle, is_by_a_law=misfit is None)
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
-        fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
+        fastest = reading.fastest if fit is None else assessment.fastest
+        far = FAR_ABOVE * (throttle.stribeck_velocity if speed is None else speed.value)
         series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away)
         found = Findings(
             self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, unseen,
@@ -233,8 +235,6 @@ class Diagnosis:
         grounds = Grounds(
             coverage=Coverage(self._samples, self._lost, self._longest_gap * 1e-9, self._gap_in),
             moved=max(self._highest - self._lowest, 0.0),
-            fastest=fastest,
-            far=far,
             windows=assessment.ways,
             follows=share_that_follows(ticks),
             seen=seen_slowly(local),
@@ -306,8 +306,7 @@ class Diagnosis:
                 self._running = None
         if self._running is None:
             if self._zero.angle is None and np.isfinite(plate_less_encoder[0]):
-                z = self._zero
-                self._zero = Zero(z.current, z.current_error, z.noise, float(plate_less_encoder[0]), z.temperature)
+                self._zero = replace(self._zero, angle=float(plate_less_encoder[0]))
             throttle = self._throttle()
             self._running = _Running(
                 self._observer_kind.make(self._model, throttle, SensorNoise.of_bench(self._model)),

@@ -23,19 +23,18 @@ from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import DISC_SINE, INERTIA, PRELOAD_OPEN, Prior
 from etb_hil.diagnosis.result import Reason
-from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
+from etb_hil.diagnosis.segment_bootstrap import least_squares
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, refit, widened_by
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.uneven_way import UnevenWay
 from etb_hil.diagnosis.windows import Windows
-from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64, Int64
 
 _SURE = 3.0  # standard errors: units that stay reach 2.5 (benchmarks/interval_coverage.py)
 _SETTLED = 0.1  # standard errors: the curve is another one without the drift, of which it took a part
 _TURNS = 5
-_FEWEST = 20  # independent windows, for up to 13 levels, a line and two springs
-_SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(13)])  # rad/s: a level to each half octave up to 2
+_FEWEST = 20  # independent windows, for up to 13 levels, a line, and preload and slope of two springs
+SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(22)])  # rad/s: a level to each half octave up to 36
 _MOST = 0.5  # share of the friction by which it may be off its middle: beyond it nothing here is a line
 _LEAST = 1e-6  # windows' worth of nothing: springs on whose side the plate never was
 _SAID = 0.02  # share of friction: less than that is as little as the current's gain is known
@@ -189,7 +188,7 @@ def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) 
         return None
     time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]
     first, last = float(time.min()), float(time.max())
-    speed = np.searchsorted(_SPEEDS, np.abs(velocity))
+    speed = np.searchsorted(SPEEDS, np.abs(velocity))
     same_speed = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
     share_of_friction = np.sign(velocity) / steady_level(velocity, fit.parameters)
     springs = share_of_friction[:, None] * evidence.errors[shown, PRELOAD_OPEN - INERTIA : DISC_SINE - INERTIA]
@@ -226,14 +225,11 @@ def _fitted(columns: Float64, values: Float64, segment: Int64) -> tuple[float, f
 
     The values (m) are fitted by the columns (m, p). None where the data leave the coefficient open.
     """
-    weight = np.ones(len(values))
-    held = _LEAST * np.eye(columns.shape[1])
-    matrix, vector = accumulate(columns, values, weight)
-    solution = times(inverse(matrix + held), vector)
-    spread = Spread(segment_bootstrap(columns, values - times(columns, solution), weight, segment, held), 0.0 * held)
-    if not (spread.is_finite and np.all(np.isfinite(solution))):
+    found = least_squares(columns, values, segment, _LEAST * np.eye(columns.shape[1]))
+    if found is None:
         return None
-    return float(solution[0]), spread.reach(np.eye(len(held))[0]) / TWO_SIDED_95
+    solution, spread = found
+    return float(solution[0]), spread.reach(np.eye(len(solution))[0]) / TWO_SIDED_95
 
 
 def by_place_and_time(way: UnevenWay | None, drift: Drift | None) -> tuple[float, float]:

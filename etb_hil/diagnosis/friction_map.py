@@ -52,7 +52,6 @@ class Bump:
     end: float
     angle: float
     excess: float
-    error: float
 
 
 def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
@@ -101,7 +100,7 @@ def find_bumps(over: FrictionMap) -> list[Bump]:
                 middle, half = float(over.angle[top]), 0.5 * CELL
                 edges = (float(over.angle[start]) - half, float(over.angle[k - 1]) + half)
                 if _falls(factor[:top], factor[top]) and _falls(factor[top + 1 :], factor[top]):
-                    bumps.append(Bump(*edges, middle, float(factor[top]) - 1.0, float(error[top])))
+                    bumps.append(Bump(*edges, middle, float(factor[top]) - 1.0))
                 start = None
     return bumps
 

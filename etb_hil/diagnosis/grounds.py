@@ -19,10 +19,8 @@ from etb_hil.diagnosis.measurement_kind import MeasurementKind
 from etb_hil.diagnosis.places_seen import Unseen
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
-from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import NARROW
-from etb_hil.plant.values import FAR_ABOVE
 from etb_hil.recording.samples import Int64
 
 _REACH_NS = NARROW.half * TICK_NS
@@ -66,20 +64,18 @@ class Grounds:
 
     `limited` are the measurements that a limit is stated for, by the limit's id; `phases` are the kinds of phase that
     the run has, `roles` those that it has samples of; `has_curve`: a friction curve was fitted.
-    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally
-    above the limit of T_st, `shortfall` a place where the return margin may be below its limit, each None where there
-    is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s, where the Stribeck curve has
-    come down; `follows` is the share of ticks behind which none is missing; `seen` is from where to where the plate
-    slid slowly and `unseen` what of the way it did not, None where that is little; `by_direction` N·m, by how much it
-    may be higher (above zero) or lower opening than the mean of both directions; `pushed` is a doubt about a push where
-    the plate turned back; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
-    knows; `band` is a share of the limits, inside which nothing is decided.
+    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally above
+    the limit of T_st, `shortfall` a place where the return margin may be below its limit, each None where there is
+    none; `unexplained` are live episodes that the fit does not explain; `follows` is the share of ticks behind which
+    none is missing; `seen` is from where to where the plate slid slowly and `unseen` what of the way it did not, None
+    where that is little; `by_direction` N·m, by how much it may be higher (above zero) or lower opening than the mean
+    of both directions; `pushed` is a doubt about a push where the plate turned back; `current_plausible`, whether
+    voltage and current of a plate at rest agree, None where nobody knows; `band` is a share of the limits, inside
+    which nothing is decided.
     """
 
     coverage: Coverage
     moved: float  # rad, from the lowest to the highest angle
-    fastest: float  # rad/s
-    far: float
     windows: tuple[int, int]  # opening, closing
     follows: float
     seen: tuple[float, float]  # rad
@@ -100,15 +96,6 @@ class Grounds:
     phases: frozenset[str]
     roles: frozenset[str]
     has_curve: bool
-
-
-def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: float) -> tuple[float, float]:
-    """Return the fastest speed seen and the speed that T_c needs, in rad/s.
-
-    The latter follows from what is known of omega_s.
-    """
-    fastest = reading.fastest if assessment.fit is None else assessment.fastest
-    return fastest, FAR_ABOVE * stribeck_velocity
 
 
 def local_excess(

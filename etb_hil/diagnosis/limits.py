@@ -56,7 +56,6 @@ class Limits:
     revision: str
     marginal_band: float
     by_id: Mapping[str, Limit]
-    description: str = ""
     hint: str = ""
 
     def of(self, kind: MeasurementKind, suffix: str = "") -> Limit | None:

@@ -123,8 +123,7 @@ def _limits(
     if problems:
         raise InputError(*problems)
     content = document.content
-    band, description = content.marginal_band, content.description
-    return Limits(content.part_number, content.revision, band, found, description, hint)
+    return Limits(content.part_number, content.revision, content.marginal_band, found, hint)
 
 
 def _of_sound_entries(path: Path, data: object, lines: dict[tuple[str | int, ...], int]) -> Iterator[Problem]:

@@ -93,15 +93,11 @@ class MeasurementKind:
         return f"{self.name} ({words})" if words else self.name
 
 
-def misstatements(kind: MeasurementKind, others: Collection[str]) -> list[str]:
-    """Return what is wrong with the declaration of a measurement, in sentences.
+def misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[str]:
+    """Yield what is wrong with the declaration of a measurement, in sentences.
 
     `others` are the ids of the other measurements.
     """
-    return list(_misstatements(kind, others))
-
-
-def _misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[str]:
     if not kind.id.isidentifier():
         yield f"the id of a measurement is a name of letters, digits and underscores (it is {kind.id!r})"
     if kind.id in others:

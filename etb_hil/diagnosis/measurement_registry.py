@@ -41,7 +41,7 @@ def measurement_kinds() -> Mapping[str, MeasurementKind]:
     kinds: list[MeasurementKind] = [import_module(f"{measurements.__name__}.{name}").MEASUREMENT for name in names]
     for part in parts("measurements"):
         check_measurement_part(part)
-        if wrong := misstatements(part.value, {kind.id for kind in kinds}):
+        if wrong := list(misstatements(part.value, {kind.id for kind in kinds})):
             raise InputError(*(problem for one in wrong for problem in part.refused(one).problems))
         phases, roles = frozenset(part.value.phases), frozenset(part.value.roles)
         kinds.append(replace(part.value, compute=_guarded(part), phases=phases, roles=roles))

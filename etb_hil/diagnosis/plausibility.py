@@ -9,7 +9,6 @@ from which size on, is listed in `docs/reference/faults.md`. The results do not 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,17 +55,6 @@ _NONE = np.int64(1 << 62)
 _BASE_ROWS = 50
 
 
-@dataclass(frozen=True, slots=True)
-class _Bounds:
-    """What the compiled pass compares with."""
-
-    equal: int  # equal readings in a row
-    acceleration: float  # rad/s²
-    step: float  # rad of an encoder's count
-    low: float
-    high: float
-
-
 class Plausibility:
     """The check of a run's joined samples, which says what speaks against them.
 
@@ -78,10 +66,10 @@ class Plausibility:
         self._gear_ratio = throttle.gear_ratio
         torque = throttle.torque_per_ampere * throttle.voltage_limit / throttle.resistance
         torque += max(throttle.preload_open, throttle.preload_close) + throttle.stiction
-        self._bounds = _Bounds(
+        self._bounds = (  # what the compiled pass compares with
             _equal_readings(float(sensors.current_noise), float(sensors.current_step)),
             _ACCELERATION * torque / throttle.inertia,
-            2.0 * math.pi / float(sensors.motor_counts_per_turn) / throttle.gear_ratio,
+            2.0 * math.pi / float(sensors.motor_counts_per_turn) / throttle.gear_ratio,  # a count of the encoder
             throttle.stop_low + STOPS,
             throttle.stop_high - STOPS,
         )
@@ -119,13 +107,12 @@ class Plausibility:
         columns = samples.columns
         encoder = columns["motor_angle"] / self._gear_ratio
         out = np.empty((len(samples), WINDOW))
-        b = self._bounds
         closed = _watch(
             samples.time_ns, samples.stamp_ns, columns["motor_current"], encoder,
             columns.get("throttle_angle", missing), columns.get("throttle_angle_2", missing),
             columns.get("motor_voltage", missing),
             columns.get("command_mode", missing) == Mode.OFF, phase, moving,
-            self._asked_from_ns, b.equal, b.acceleration, b.step, b.low, b.high, self._floats, self._ints, out,
+            self._asked_from_ns, *self._bounds, self._floats, self._ints, out,
         )  # fmt: skip
         if closed:
             self._windows.append(out[:closed].copy())

@@ -18,7 +18,7 @@ from etb_hil.base.copying import copy_into
 from etb_hil.base.draws import word
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.observer.normal_equations import accumulate, solution, times
+from etb_hil.observer.normal_equations import accumulate, inverse, solution, times
 from etb_hil.recording.samples import Float64, Int64
 
 _DRAWS = 999  # 95 % of one more are a whole number
@@ -60,6 +60,19 @@ class Spread:
     def is_finite(self) -> bool:
         """Whether the run can say what its fit is off by."""
         return bool(np.all(np.isfinite(self.steps)) and np.all(np.isfinite(self.known)))
+
+
+def least_squares(columns: Float64, values: Float64, cluster: Int64, held: Float64) -> tuple[Float64, Spread] | None:
+    """Return the fit of values (m) by columns (m, p), and what it may be off by.
+
+    `held` (p, p) are inverse variances about zero. None where the data, or too few segments, leave the fit open.
+    """
+    weight = np.ones(len(values))
+    matrix, vector = accumulate(columns, values, weight)
+    found = times(inverse(matrix + held), vector)
+    steps = segment_bootstrap(columns, values - times(columns, found), weight, cluster, held)
+    spread = Spread(steps, np.zeros_like(held))
+    return (found, spread) if spread.is_finite and np.all(np.isfinite(found)) else None
 
 
 def segment_bootstrap(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64, prior: Float64) -> Float64:

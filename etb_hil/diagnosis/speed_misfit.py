@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment
+from etb_hil.diagnosis.drift import SPEEDS
 from etb_hil.diagnosis.law_score import score_of
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import Linearised
@@ -20,7 +21,6 @@ from etb_hil.diagnosis.window_weights import weights_of
 # Standard errors. Of 308 units whose friction goes by a law 306 reach 2.2 in a run at most, and 28 of 36 with iron
 # losses more than this (`benchmarks/interval_coverage.py`, and `verdicts_under_effects.py --effects iron_loss`).
 _SURE = 2.5
-_SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(22)])  # rad/s: a level to each half octave
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ def speed_misfit(assessment: Assessment) -> SpeedMisfit | None:
     fit, count = law.fit, law.prior.count
     weight = weights_of(assessment.ticks, assessment.windows, evidence, fit.parameters, fit.residual).of_sliding
     speed, way = np.abs(evidence.velocity), np.sign(evidence.velocity)
-    octave = np.searchsorted(_SPEEDS, speed)
+    octave = np.searchsorted(SPEEDS, speed)
     levels = np.unique(octave[weight > 0.0])
     own = np.where(octave[:, None] == levels, way[:, None], 0.0)
     at = Linearised(fit.parameters, fit.residual, np.concatenate([fit.jacobian, own], axis=1))

@@ -29,9 +29,9 @@ COLUMNS = 8
 class Ticks:
     """Means over milliseconds in order of time.
 
-    `time` s since the first tick (n), of the samples themselves; `angle` rad, `current` A, `voltage` V (NaN where
-    none) (n); the latest `temperature` degC, and `velocity` rad/s and `friction` N·m of the observer (n), NaN where
-    none; `samples` (n), how many a tick has; `kind` (n), the code of the phase.
+    `time` s since `TickMaker.origin_ns` (n), the mean of the samples' own times; `angle` rad, `current` A, `voltage` V
+    (NaN where none) (n); the latest `temperature` degC, and `velocity` rad/s and `friction` N·m of the observer (n),
+    NaN where none; `samples` (n), how many a tick has; `kind` (n), the code of the phase.
     """
 
     time: Float64

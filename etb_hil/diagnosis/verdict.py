@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
-from etb_hil.diagnosis.local_margin import Shortfall
 from etb_hil.diagnosis.measuring import Measured
 from etb_hil.diagnosis.places_seen import MOST_UNSEEN
 from etb_hil.diagnosis.result import Reason
@@ -41,15 +40,14 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     no_curve = [name for name, kind in missing.items() if not kind.phases and not grounds.has_curve]
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
-    fails = [*broken, *_locally(judged, grounds), *_short(judged, grounds), *_stuck(grounds, no_curve)]
+    fails = [*broken, *_at_one_place(judged, grounds, is_certain=True), *_stuck(grounds, no_curve)]
     doubts = [
         *without_signal,
         *_poor_evidence(grounds, no_curve),
         *(_not_measured(name, kind) for name, kind in missing.items() if name not in no_curve),
         *_not_seen(grounds),
         *_undecided(judged, grounds),
-        *_locally_undecided(judged, grounds),
-        *_short_undecided(judged, grounds),
+        *_at_one_place(judged, grounds, is_certain=False),
         *_by_direction_undecided(judged, grounds),
         *([] if grounds.pushed is None else [grounds.pushed]),
     ]
@@ -137,65 +135,34 @@ def _limits_broken(judged: Sequence[Measured]) -> list[Reason]:
     ]
 
 
-def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a reason where friction is above the limit at one place.
+def _at_one_place(judged: Sequence[Measured], grounds: Grounds, *, is_certain: bool) -> list[Reason]:
+    """Return the reasons of friction or return margin beyond a limit at one place.
 
-    There is none where the fitted curve itself is above it.
+    They are beyond it or, where the place is not certain, may be. There is none where the fitted curve itself is
+    beyond it and, where the place is not certain, none unless the curve keeps the limit.
     """
-    excess = grounds.excess
-    if excess is None or not excess.is_certain or stands(judged, "T_st") is UnitVerdict.FAIL:
-        return []
-    text = (
-        f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in both "
-        "directions of motion "
-        f"(at least {excess.low:.3f}; allowed up to {excess.limit:.3f})"
-    )
-    return [Reason("T_st_exceeded", text)]
 
+    def speaks(name: str) -> bool:
+        verdict = stands(judged, name)
+        return verdict is not UnitVerdict.FAIL if is_certain else verdict is UnitVerdict.PASS
 
-def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return the reason that friction may be above the limit at one place, if it may.
-
-    There is none unless the fitted curve itself keeps the limit.
-    """
-    excess = grounds.excess
-    if excess is None or excess.is_certain or stands(judged, "T_st") is not UnitVerdict.PASS:
-        return []
-    text = (
-        f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in "
-        f"{'one direction' if excess.is_one_way else 'both directions'} of motion "
-        f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
-    )
-    return [Reason("T_st_local_undecided", text)]
-
-
-def _short(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a reason where the return margin is below its limit at one place.
-
-    There is none where the margin over the fitted curve is below it.
-    """
-    short = grounds.shortfall
-    if short is None or not short.is_certain or stands(judged, "return_margin") is UnitVerdict.FAIL:
-        return []
-    return [Reason("return_margin_local", _margin_at(short, f"at most {short.high:.3f}"))]
-
-
-def _short_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return the reason that the return margin may be below its limit at one place.
-
-    There is none unless the margin over the fitted curve keeps the limit.
-    """
-    short = grounds.shortfall
-    if short is None or short.is_certain or stands(judged, "return_margin") is not UnitVerdict.PASS:
-        return []
-    return [Reason("return_margin_local_undecided", _margin_at(short, f"{short.low:.3f} to {short.high:.3f}"))]
-
-
-def _margin_at(short: Shortfall, interval: str) -> str:
-    return (
-        f"at {math.degrees(short.angle):.1f} deg friction is locally higher and the return margin is "
-        f"{short.margin:.3f} N·m ({interval}; at least {short.limit:.3f} needed)"
-    )
+    found, excess, short = [], grounds.excess, grounds.shortfall
+    if excess is not None and excess.is_certain is is_certain and speaks("T_st"):
+        interval = f"at least {excess.low:.3f}" if is_certain else f"{excess.low:.3f} to {excess.high:.3f}"
+        text = (
+            f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in "
+            f"{'one direction' if excess.is_one_way else 'both directions'} of motion "
+            f"({interval}; allowed up to {excess.limit:.3f})"
+        )
+        found.append(Reason("T_st_exceeded" if is_certain else "T_st_local_undecided", text))
+    if short is not None and short.is_certain is is_certain and speaks("return_margin"):
+        interval = f"at most {short.high:.3f}" if is_certain else f"{short.low:.3f} to {short.high:.3f}"
+        text = (
+            f"at {math.degrees(short.angle):.1f} deg friction is locally higher and the return margin is "
+            f"{short.margin:.3f} N·m ({interval}; at least {short.limit:.3f} needed)"
+        )
+        found.append(Reason("return_margin_local" if is_certain else "return_margin_local_undecided", text))
+    return found
 
 
 def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:

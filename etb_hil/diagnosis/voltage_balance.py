@@ -11,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
+from etb_hil.diagnosis.segment_bootstrap import least_squares
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows, window_means
-from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.plant.parameters import ThrottleParameters
-from etb_hil.recording.samples import Float64, Int64
+from etb_hil.recording.samples import Int64
 
 # What K_e and K_t of one motor may seem to differ by: brushes whose drop changes with the current.
 _ONE_MOTOR = 0.002
@@ -66,37 +65,15 @@ def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBa
         window_means(np.sign(ticks.current), windows.shape.torque, windows),
     )
     jacobian = np.stack([column[known] for column in columns], axis=1)
-    with_drop = _fitted(jacobian, voltage[known], cluster[known])
-    if with_drop is not None and abs(with_drop.value[_DROP]) > _SURE * with_drop.error[_DROP]:
-        return with_drop.balance
-    without = _fitted(np.ascontiguousarray(jacobian[:, :_DROP]), voltage[known], cluster[known])
-    return None if without is None else without.balance
-
-
-@dataclass(frozen=True, slots=True)
-class _Fitted:
-    """Coefficients (c) of a balance, with standard errors (c)."""
-
-    value: Float64
-    error: Float64
-
-    @property
-    def balance(self) -> VoltageBalance:
-        """What they say of the motor."""
-        (resistance, back_emf), errors = self.value[:2], self.error[:2]
-        return VoltageBalance(float(back_emf), float(errors[_BACK_EMF]), float(resistance), float(errors[_RESISTANCE]))
-
-
-def _fitted(jacobian: Float64, voltage: Float64, cluster: Int64) -> _Fitted | None:
-    """Return the fit of voltages (m) by columns (m, c), None where these do not part."""
-    weight = np.ones(len(jacobian))
-    matrix, vector = accumulate(jacobian, voltage, weight)
-    bread = inverse(matrix)
-    solution = times(bread, vector)
-    residual = voltage - times(jacobian, solution)
-    nothing = np.zeros_like(bread)
-    spread = Spread(segment_bootstrap(jacobian, residual, weight, cluster, nothing), nothing)
-    if not (spread.is_finite and np.all(np.isfinite(solution))):
-        return None
-    of = np.eye(len(solution))
-    return _Fitted(solution, np.array([spread.reach(one) / TWO_SIDED_95 for one in of]))
+    for columns_used in (jacobian, np.ascontiguousarray(jacobian[:, :_DROP])):
+        nothing = np.zeros((columns_used.shape[1],) * 2)
+        found = least_squares(columns_used, voltage[known], cluster[known], nothing)
+        if found is None:
+            continue
+        value, spread = found
+        error = [spread.reach(one) / TWO_SIDED_95 for one in np.eye(len(value))]
+        if len(value) == _DROP or abs(value[_DROP]) > _SURE * error[_DROP]:
+            return VoltageBalance(
+                float(value[_BACK_EMF]), error[_BACK_EMF], float(value[_RESISTANCE]), error[_RESISTANCE]
+            )
+    return None

@@ -25,7 +25,7 @@ PASS, FAIL, INCONCLUSIVE = UnitVerdict.PASS, UnitVerdict.FAIL, UnitVerdict.INCON
 KINDS = measurement_kinds()
 GROUNDS = Grounds(
     coverage=Coverage(samples=10_000, lost=0, longest_gap=0.001, gap_in="ramp"),
-    moved=1.4, fastest=8.0, far=1.0, windows=(300, 300), follows=1.0, seen=(0.2, 1.3), unseen=None,
+    moved=1.4, windows=(300, 300), follows=1.0, seen=(0.2, 1.3), unseen=None,
     current_verified=True, highest_current=3.0, withholding=(), remarks=(), by_direction=0.0, pushed=None,
     excess=None, shortfall=None, unexplained=(), current_plausible=True, band=0.03, complete=True,
     limited={name: KINDS[name] for name in ("T_st", "T_c")}, phases=frozenset({"ramp"}),

@@ -28,5 +28,5 @@ MEASUREMENT = MeasurementKind(
     order=150,
     roles=frozenset({"motor_voltage"}),
     is_model_free=True,
-    source="seed paper, eq. (4)",
+    source="seed paper, eq. (1), first line",
 )

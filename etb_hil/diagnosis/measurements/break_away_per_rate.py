@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def _per_rate(run: Findings) -> Estimate | None:
     """Return the share that T_st gains, with its interval.
 
-    None where rests or rates are too close.
+    None where the rates are too close together.
     """
     found = break_away_torque(run.broken_away, None if run.dwell is None else run.dwell.factor)
     return None if found is None or found.per_rate is None else Estimate(*found.per_rate)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def _resistance(run: Findings) -> Estimate | None:
-    """Return the constant that voltage, current and speed agree on."""
+    """Return the winding resistance that voltage, current and speed agree on."""
     balance = run.assessment.balance
     if balance is None:
         return None
@@ -28,5 +28,5 @@ MEASUREMENT = MeasurementKind(
     order=160,
     roles=frozenset({"motor_voltage"}),
     is_model_free=True,
-    source="seed paper, eq. (4)",
+    source="seed paper, eq. (1), first line",
 )

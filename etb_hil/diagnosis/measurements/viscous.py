@@ -29,5 +29,5 @@ MEASUREMENT = MeasurementKind(
     compute=_viscous,
     order=50,
     too_high="Replace the unit: its grease or bearings drag.",
-    source="seed paper, eq. (1)",
+    source="seed paper, eq. (2)",
 )

@@ -58,7 +58,7 @@ def highest(time: Float64, value: Float64, first: int) -> float:
 def _near(value: Float64, level: float, first: int) -> Int64:
     """Return the samples from `first` on that are above a level.
 
-    Those next to a peak that may be above it are among them.
+    Samples that are peaks, and between which the spline may exceed the level, are among them.
 
     The parabola through a largest sample and its neighbours rises above it by a sixteenth of the second difference at
     most; twice that is allowed to the spline.

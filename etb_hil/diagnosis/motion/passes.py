@@ -68,7 +68,7 @@ def slow_passes(segments: Sequence[Segment], value: str, width: float, preslidin
 def presliding(run: Findings) -> float:
     """Return the way in rad over which friction turns round to a three-thousandth.
 
-    Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (1)). Both are those
+    Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (2)). Both are those
     of the fit, within their intervals; without a fit, the bristles are the softest of the model.
     """
     model, fit, stiction = run.model, run.assessment.fit, run.fitted.get("T_st")

@@ -24,12 +24,11 @@ _STEADY = 0.1  # A over a window, between the means of its halves: what the indu
 class Rest:
     """Means over a window of rest.
 
-    `position` and `angle` are in rad, `current` in A, `voltage` in V (NaN where there is none). The housing's
+    `position` is in rad, `current` in A, `voltage` in V (NaN where there is none). The housing's
     `temperature` is in degC.
     """
 
     position: float
-    angle: float
     current: float
     voltage: float
     temperature: float
@@ -65,4 +64,4 @@ def _rest(segment: Segment, part: slice, position: float) -> Rest | None:
         return None
     voltage = float(np.mean(segment.column("motor_voltage")[part][known]))
     temperature = float(np.mean(segment.column("temperature")[part][known]))
-    return Rest(position, float(np.mean(angle)), float(np.mean(current)), voltage, temperature, len(current))
+    return Rest(position, float(np.mean(current)), voltage, temperature, len(current))
