@@ -154,6 +154,8 @@ def test_friction_at_one_place_fails_a_unit_whose_curve_passes():
     assert said(both(), excess=EXCESS) == (FAIL, ["T_st_exceeded"])
     assert said(both(INCONCLUSIVE), excess=EXCESS)[0] is FAIL
     assert said(both(FAIL), excess=EXCESS) == (FAIL, ["T_st_beyond_limit"])  # one fault, one reason
+    _, reasons = conclude(both(), replace(GROUNDS, excess=EXCESS))
+    assert f"(at least {EXCESS.low:.3f}; allowed up to {EXCESS.limit:.3f})" in reasons[0].text
 
 
 @pytest.mark.parametrize("one_way", [False, True])
@@ -164,6 +166,7 @@ def test_friction_at_one_place_that_is_not_certain_is_a_doubt(one_way):
     assert said(both(FAIL), excess=excess) == (FAIL, ["T_st_beyond_limit"])
     _, reasons = conclude(both(), replace(GROUNDS, excess=excess))
     assert ("one direction" if one_way else "both directions") in reasons[0].text
+    assert f"({EXCESS.low:.3f} to {EXCESS.high:.3f}; allowed" in reasons[0].text
 
 
 def with_margin(verdict):
@@ -176,6 +179,7 @@ def test_a_spring_that_is_short_at_one_place_fails_a_unit_whose_margin_passes():
     assert said(with_margin(FAIL), shortfall=SHORT) == (FAIL, ["return_margin_beyond_limit"])  # one fault, one reason
     _, reasons = conclude(with_margin(PASS), replace(GROUNDS, shortfall=SHORT))
     assert "at 45.8 deg friction is locally higher" in reasons[0].text
+    assert f"(at most {SHORT.high:.3f}; at least" in reasons[0].text
 
 
 def test_a_spring_that_may_be_short_at_one_place_is_a_doubt():
@@ -183,6 +187,8 @@ def test_a_spring_that_may_be_short_at_one_place_is_a_doubt():
     assert said(with_margin(PASS), shortfall=open_) == (INCONCLUSIVE, ["return_margin_local_undecided"])
     assert said(with_margin(INCONCLUSIVE), shortfall=open_) == (INCONCLUSIVE, ["return_margin_undecided"])
     assert said(with_margin(FAIL), shortfall=open_) == (FAIL, ["return_margin_beyond_limit"])
+    _, reasons = conclude(with_margin(PASS), replace(GROUNDS, shortfall=open_))
+    assert f"({open_.low:.3f} to {open_.high:.3f}; at least" in reasons[0].text
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
