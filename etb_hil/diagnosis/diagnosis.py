@@ -206,9 +206,9 @@ class Diagnosis:
         withheld = [*untold, *without_temperature(self._limits, self._zero.temperature)]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
         drift = None if withheld else assessment.drift
-        # friction by place would pass for friction by speed
-        misfit = speed_misfit(assessment) if way is None and not withheld else None
         is_bent = drift is not None and drift.is_bent
+        # friction by place, or by time, would pass for friction by speed
+        misfit = speed_misfit(assessment) if way is None and not withheld and not is_bent else None
         widening = Widening()
         if fit is not None:
             widening = Widening(
@@ -245,7 +245,7 @@ class Diagnosis:
             remarks=(
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *hot_motor_remarks(hot),
-                *(() if fit is None else law_remarks(fit)),
+                *(() if fit is None or misfit is not None else law_remarks(fit)),
                 *speed_remarks(misfit),
                 *(() if fit is None or is_above else unread(assessment.pairs, self._phases)),
                 *uneven_remarks(way),

@@ -19,7 +19,7 @@ from etb_hil.diagnosis.stribeck_fit import Linearised
 from etb_hil.diagnosis.window_weights import weights_of
 
 # Standard errors. Of 308 units whose friction goes by a law 306 reach 2.2 in a run at most, and 29 of 36 with iron
-# losses more than this (`benchmarks/interval_coverage.py`, and `verdicts_under_effects.py --effects iron_loss`).
+# losses more than 2.5 (`benchmarks/interval_coverage.py`, and `verdicts_under_effects.py --effects iron_loss`).
 _SURE = 2.5
 # Share of T_st: less says nothing of the form. Where hundreds of windows have one speed, healthy runs of the virtual
 # bench are surely off by 0.1 %.
@@ -53,6 +53,8 @@ def speed_misfit(assessment: Assessment) -> SpeedMisfit | None:
     worst, found = _SURE, None
     for place, level in enumerate(levels.tolist()):
         score = score_of(evidence, law.prior, at, range(count), count + place, weight)
+        if not score.information > 0.0:  # the fitted parameters take all of it
+            continue
         variance = max(score.information, score.squares)  # neither few segments nor one of them make it small
         if abs(score.total) > worst * math.sqrt(variance):
             torque = score.total / score.information
