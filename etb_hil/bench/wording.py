@@ -34,10 +34,13 @@ _BENCH_DEFAULTS = {
 
 _BEYOND, _UNDECIDED = "_beyond_limit", "_undecided"
 _NOT_MEASURED, _WITHOUT_SIGNAL, _WITHOUT_INTERVAL = "_not_measured", "_without_signal", "_without_interval"
-_LOCAL_MARGIN, _UNEVEN = "return_margin_local", "uneven_way"
+_LOCAL_MARGIN, _UNEVEN, _NO_LAW = "return_margin_local", "uneven_way", "friction_by_no_law"
 _UNSAFE = (f"return_margin{_BEYOND}", _LOCAL_MARGIN)
 _MOST_NAMED = 3  # measurements in the sentence of a pass
 _STICKS = {"T_st_exceeded", "plate_stuck"}
+
+# What only a law of friction tells.
+_BY_THE_LAW = {"T_c_undecided", "T_c_not_reached", "viscous_undecided", "omega_s_not_measured"}
 
 
 def unit_wording(results: RunResult) -> Wording:
@@ -58,6 +61,8 @@ def unit_wording(results: RunResult) -> Wording:
         known = _known(unsafe, results) or known
     elif _UNEVEN in unit.also and _is_undecided_by_friction(unit.reason_id):  # repeating narrows nothing there
         known = UNIT_REASONS[_UNEVEN]
+    elif _NO_LAW in unit.also and unit.reason_id in _BY_THE_LAW:  # nor does it here
+        known = UNIT_REASONS[_NO_LAW]
     return Wording(reason, known.next_step)
 
 

@@ -92,6 +92,14 @@ def test_what_an_uneven_way_leaves_undecided_is_not_to_be_repeated():
     assert unit_wording(sample_run.results(unit=other)).next_step.startswith("Repeat the test.")
 
 
+@pytest.mark.parametrize("reason_id", ["T_c_undecided", "T_c_not_reached", "omega_s_not_measured"])
+def test_what_only_a_law_of_friction_tells_is_not_to_be_repeated_where_there_is_none(reason_id):
+    unit = Unit(UnitVerdict.INCONCLUSIVE, reason_id, also=("friction_by_no_law",))
+    assert "repeating the test does not help" in unit_wording(sample_run.results(unit=unit)).next_step
+    other = replace(unit, reason_id="T_st_undecided")
+    assert unit_wording(sample_run.results(unit=other)).next_step.startswith("Repeat the test.")
+
+
 def test_what_was_not_measured_is_repeated_where_the_run_has_its_phase_and_shown_by_another_scenario_where_not():
     kinds = measurement_kinds().values()
     for has_phase, step in ((True, "Check the CAN wiring"), (False, "Run a scenario that shows it")):
