@@ -156,15 +156,13 @@ def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fi
     return replace(ticks, friction=np.interp(np.arange(len(ticks)), windows.centre, friction))
 
 
-def fitted_numbers(
-    assessment: Assessment, throttle: ThrottleParameters, *, is_by_a_law: bool = True
-) -> dict[str, Interval]:
+def fitted_numbers(assessment: Assessment, throttle: ThrottleParameters, *, is_by_a_law: bool) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and return margin with their intervals.
 
     There are none without a fit. They are in SI units at the throttle shaft, and those of all laws by which friction
     may go, in the proportion of their probabilities. A number that the likeliest law does not have is left out. T_st
-    reaches up to what slower motion may hide. Where friction goes by no law (not `is_by_a_law`), only T_st is more than
-    bounded.
+    reaches up to what slower motion may hide. Where friction goes by no law (not `is_by_a_law`), T_c and viscosity are
+    the highest bounds of all laws, and there is no omega_s.
     """
     laws, fastest, hardest = assessment.laws, assessment.fastest, assessment.hardest
     if not laws:
@@ -175,6 +173,9 @@ def fitted_numbers(
         parts = [(probability, of[name]) for probability, of in numbers if name in of]
         whole = sum(probability for probability, _ in parts)
         found[name] = mixed([(probability / whole, part) for probability, part in parts])
+    if not is_by_a_law:
+        found["T_c"] = _at_most(max(of["T_c"].high for _, of in numbers))
+        found["viscous"] = _at_most(max(_all_viscous(law.fit, fastest) for law in laws))
     hidden = assessment.hidden
     found["T_st"] = replace(found["T_st"], high=found["T_st"].high + hidden)
     found["return_margin"] = replace(found["return_margin"], low=found["return_margin"].low - hidden)
@@ -196,8 +197,6 @@ def _numbers(
         "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
         "return_margin": _return_margin(fit, throttle),
     }
-    if not is_by_a_law:
-        numbers["T_c"], numbers["viscous"] = _at_most(numbers["T_c"].high), _at_most(_all_viscous(fit, fastest))
     if shows_drop:
         numbers["omega_s"] = _stribeck_velocity(fit, hardest)
     return numbers

@@ -27,11 +27,8 @@ class Interval:
 def mixed(parts: Sequence[tuple[float, Interval]]) -> Interval:
     """Return the median of a mixture and its 2.5 and 97.5 % quantiles.
 
-    `parts` are probabilities that sum up to 1, and intervals whose two sides are normal. Of bounds, whose value is
-    their upper end, it is the highest.
+    `parts` are probabilities that sum up to 1, and intervals whose two sides are normal.
     """
-    if all(part.value == part.high for _, part in parts):
-        return max((part for _, part in parts), key=lambda part: part.high)
     if len(parts) == 1:
         return parts[0][1]
     return Interval(_quantile(parts, 0.5), _quantile(parts, _OUTSIDE), _quantile(parts, 1.0 - _OUTSIDE))

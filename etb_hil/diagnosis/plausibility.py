@@ -67,9 +67,9 @@ class Plausibility:
         torque = throttle.torque_per_ampere * throttle.voltage_limit / throttle.resistance
         torque += max(throttle.preload_open, throttle.preload_close) + throttle.stiction
         self._bounds = (  # what the compiled pass compares with
-            _equal_readings(float(sensors.current_noise), float(sensors.current_step)),
-            _ACCELERATION * torque / throttle.inertia,
-            2.0 * math.pi / float(sensors.motor_counts_per_turn) / throttle.gear_ratio,  # a count of the encoder
+            _equal_readings(float(sensors.current_noise), float(sensors.current_step)),  # in a row
+            _ACCELERATION * torque / throttle.inertia,  # rad/s²
+            2.0 * math.pi / float(sensors.motor_counts_per_turn) / throttle.gear_ratio,  # rad of an encoder's count
             throttle.stop_low + STOPS,
             throttle.stop_high - STOPS,
         )

@@ -1,6 +1,6 @@
 """Whether a run bears its likeliest law of friction out at every speed.
 
-Nothing but the law's form parts T_c, omega_s and viscosity from each other. Where friction at some speeds is off the
+Only the law's form separates T_c, omega_s and viscosity. Where friction at some speeds is off the
 law, as by losses in the motor's iron, the form is another one, and none of the three is known from it.
 """
 
@@ -60,7 +60,7 @@ def speed_misfit(assessment: Assessment) -> SpeedMisfit | None:
             torque = score.total / score.information
             if abs(torque) > _MATTERS * fit.stiction[0]:
                 worst = abs(score.total) / math.sqrt(variance)
-                found = SpeedMisfit(float(speed[octave == level].mean()), torque)
+                found = SpeedMisfit(float(speed[(octave == level) & (weight > 0.0)].mean()), torque)
     return found
 
 
