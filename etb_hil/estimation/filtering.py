@@ -170,8 +170,9 @@ def _run(
     totals = np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, voltage, record.unsure, record.temperature,
-        record.added(forces.LEVEL, p), readings, later, lasts, p, active[forces.ADDS[active]], settings, is_kept,
-        states, whitened, roots, slopes, gains, moves, responses, covariances, ahead, noises, levels, totals,
+        record.added(forces.LEVEL, p), readings, _apart(record.since, readings), later, lasts, p,
+        active[forces.ADDS[active]], settings, is_kept, states, whitened, roots, slopes, gains, moves, responses,
+        covariances, ahead, noises, levels, totals,
     )  # fmt: skip
     # The density of the readings themselves, so that models with a lag and without one can be compared.
     likelihood = float(totals[kalman.LIKELIHOOD]) - np.count_nonzero(roots, axis=0) @ np.log1p(-keeps)
@@ -236,6 +237,21 @@ def read_without_lag(record: Record, parameters: Float64, read: Float64) -> tupl
     return found, later, lasts, keeps
 
 
+def _apart(since: Float64, readings: Float64) -> Float64:
+    """Return by how much the plate's reading is above the motor's (n), in rad.
+
+    Where a segment begins at rest, it is the mean over the time in which the motor's stays: one of them is noisy.
+    """
+    _, motor, plate = readings.T
+    found, begins = plate - motor, np.flatnonzero(since > 0.0)
+    for begin, end in zip(begins, [*begins[1:], len(since)], strict=True):
+        rests = int(np.argmax(np.append(motor[begin:end] != motor[begin], True)))
+        known = found[begin : begin + rests]
+        if np.isfinite(known).any():
+            found[begin] = np.nanmean(known)
+    return found
+
+
 def _make_noisier(settings: Float64, keeps: Float64, lasts: float) -> None:
     """Give readings without their lags the noise of two readings each, in place.
 
@@ -280,7 +296,7 @@ def sensitivities(
     until = np.array(ends, np.int64)
     matrix, gradient = np.zeros((count, count)), np.zeros(count)
     rows = np.zeros((len(record) if is_kept else 0, 3, count))
-    apart = record.readings[:, 2] - record.readings[:, 1]
+    apart = _apart(record.since, record.readings)
     normal_matrix(
         record.since, record.heat, record.dt, voltage, record.temperature, apart, at.parameters,
         at.states, at.ahead, at.whitened, at.roots, at.slopes, at.read, at.gains, at.moves, at.responses,

@@ -46,6 +46,7 @@ from etb_hil.plant.physics import (
     RESISTANCE,
     STICTION,
     STOP_STIFFNESS,
+    TORQUE_PER_AMPERE,
     Vector,
 )
 from etb_hil.recording.samples import Float64, Int64
@@ -56,10 +57,11 @@ READINGS = 3
 # step that lasts as long as an edge (0 where noise dithers it), jitter of the clock (s), variances of both
 # disturbances, of the voltage's reading, where torque is unsure and by how much, the velocity (rad/s) below which the
 # plate rests, and from `SCALE` on what multiplies the variances of the noise of each reading (`READINGS`).
-# Torque is unsure by `JUMP` (N·m rms) within `NEAR` of `HOME` (rad), and beyond `LOW` and `HIGH` (rad) by `STIFFNESS`
-# times the way and `DAMPING` times the velocity. The bristles of a plate at rest are unsure by a variance of `CREEP`
-# times the way (N^2·m^2/rad). These do not follow the parameters that a record is filtered under:
-# the likelihood would depend on a parameter by its noise, which no sensitivity of an innovation tells.
+# Torque is unsure by `JUMP` (A rms) within `NEAR` of `HOME` (rad), and beyond `LOW` and `HIGH` (rad) by `STIFFNESS`
+# (A/rad) times the way and `DAMPING` (A·s/rad) times the velocity. The bristles of a plate at rest are unsure by a
+# variance of `CREEP` times the way (A^2/rad). All are of the current that holds the torque: a record shows torques by
+# their currents alone, and is no likelier where all torques and the motor's constant are larger. They follow no other
+# parameter: the likelihood would depend on it by its noise, which no sensitivity of an innovation tells.
 (NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER, Q_TORQUE, Q_VOLTAGE,
  NOISE_VOLTAGE, HOME, NEAR, JUMP, LOW, HIGH, STIFFNESS, DAMPING, CREEP, RESTS, SCALE) = range(20)  # fmt: skip
 SETTINGS = SCALE + READINGS
@@ -185,7 +187,7 @@ def _rounding(s: Vector) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy", forceinline=True, fastmath=FUSED)
 def _spread(
-    cov: Float64, f: Float64, b: Float64, x: Vector, dt: float, unsure: float, s: Vector, room: Float64
+    cov: Float64, f: Float64, b: Float64, x: Vector, dt: float, unsure: float, s: Vector, p: Vector, room: Float64
 ) -> None:
     """Carry the covariance over a sample of dt s.
 
@@ -208,10 +210,10 @@ def _spread(
     fades = math.exp(-2.0 * dt / CORRELATED)
     torque, voltage, goes = 0.0, s[NOISE_VOLTAGE] + unsure, abs(x[OMEGA]) * dt
     if abs(x[THETA] - s[HOME]) < s[NEAR] + goes:
-        torque = s[JUMP] ** 2
+        torque = (s[JUMP] * p[TORQUE_PER_AMPERE]) ** 2
     depth = max(x[THETA] - s[HIGH], s[LOW] - x[THETA]) + goes
     if depth > 0.0:
-        torque = (s[STIFFNESS] * depth + s[DAMPING] * abs(x[OMEGA])) ** 2
+        torque = ((s[STIFFNESS] * depth + s[DAMPING] * abs(x[OMEGA])) * p[TORQUE_PER_AMPERE]) ** 2
     for i in range(STATES):
         r0, r1, r2, r3, r4, r5 = room[i, 0], room[i, 1], room[i, 2], room[i, 3], room[i, 4], room[i, 5]
         braking, lost = torque * b[i, BRAKING], voltage * b[i, LOST]
@@ -221,7 +223,7 @@ def _spread(
     cov[TORQUE, TORQUE] += s[Q_TORQUE] * (1.0 - f[TORQUE, TORQUE] * f[TORQUE, TORQUE])
     cov[VOLTAGE, VOLTAGE] += s[Q_VOLTAGE] * (1.0 - fades)
     if abs(x[OMEGA]) < s[RESTS]:
-        cov[BRISTLE, BRISTLE] += s[CREEP] * goes
+        cov[BRISTLE, BRISTLE] += s[CREEP] * p[TORQUE_PER_AMPERE] ** 2 * goes
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -275,6 +277,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     temperature: Vector,
     level: Vector,
     readings: Float64,
+    apart: Vector,
     later: Float64,
     lasts: Vector,
     p: Vector,
@@ -300,10 +303,11 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     `since`, `heat` (n): see `Record`; `dt` (n): s to the next sample; `voltage` (n): V, held as long; `unsure` (n): its
     variance beyond the reading's noise, V^2; `temperature` (n): degC; `level` (n): share added to friction; `readings`
-    (n, 3), NaN where there is none; `later` (n, 3): how long behind the sample each was true, s; `lasts` (n): share of
-    the motor's rounding error that the next sample has, too. `active`: indices of the effects in `p`. `states` (n,
-    `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard deviations; `roots` (n, 3): what 1 of
-    a reading is of it, 0 where none was read. Both are lowered where an innovation is large. With `is_kept` also
+    (n, 3), NaN where there is none; `apart` (n): see `forces.begin`; `later` (n, 3): how long behind the sample each
+    was true, s; `lasts` (n): share of the motor's rounding error that the next sample has, too. `active`: indices of
+    the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard
+    deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both are lowered where an
+    innovation is large. With `is_kept` also
     `slopes` (n, 3, 4): of the readings by their own state, the velocity, the disturbance voltage and by how much the
     velocity grew since the sample before, `gains` (n, 3,
     `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and `ahead` (n,
@@ -332,7 +336,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             lost = 0
         if since[k] > 0.0:
             for one in active:
-                forces.begin(one, readings[k, 2] - readings[k, 1], x[THETA], x[CURRENT], temperature[k], memory, p)
+                forces.begin(one, apart[k], x[THETA], x[CURRENT], temperature[k], memory, p)
             copy_into(coming, 0, memory)
         read_with(x, voltage[k if since[k] > 0.0 else k - 1], temperature[k], active, coming, p, added)
         is_lost = False
@@ -434,7 +438,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         copy_into(coming, 0, memory)
         pass_time(active, states[k], x[THETA], voltage[k], temperature[k], h, coming, p)
-        _spread(cov, f, b, x, h, unsure[k], s, work[:STATES])
+        _spread(cov, f, b, x, h, unsure[k], s, p, work[:STATES])
         is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)
         if is_kept:
             levels[k] = acting[LEVEL]

@@ -116,12 +116,19 @@ class Record:
             return self
         length = most // parts
         starts = np.linspace(0, len(self) - length, parts).round().astype(int).tolist()
-        found = [self.part(slice(k, k + length)) for k in starts]
+        return self.picked([slice(k, k + length) for k in starts])
+
+    def picked(self, parts: Sequence[slice]) -> Record:
+        """Return parts of the record, one after the other; terms are kept.
+
+        Between two of them the time that passed is known, and the heat of it.
+        """
+        found = [self.part(rows) for rows in parts]
         time, squared = self.time, np.nan_to_num(self.readings[:, 0]) ** 2
-        for part, begin, end in zip(found[1:], starts[1:], starts, strict=False):
-            if not np.isinf(self.since[end + length : begin + 1]).any():
-                last = end + length - 1
-                part.since[0], part.heat[0] = time[begin] - time[last], np.mean(squared[last:begin])
+        for part, now, last in zip(found[1:], parts[1:], parts, strict=False):
+            if not np.isinf(self.since[last.stop : now.start + 1]).any():
+                part.since[0] = time[now.start] - time[last.stop - 1]
+                part.heat[0] = np.mean(squared[last.stop - 1 : now.start])
         terms = zip(*(part.terms for part in found), strict=True)
         kept = tuple(Term(each[0].channel, np.concatenate([one.shape for one in each])) for each in terms)
         return replace(joined(found), terms=kept)
@@ -226,9 +233,10 @@ def noise_settings(model: Model) -> Float64:
     s[kalman.NOISE_VOLTAGE] = sensors.voltage_noise**2 + sensors.voltage_step**2 / 12.0
     s[kalman.JITTER] = _JITTER
     s[kalman.HOME], s[kalman.NEAR] = v.limp_home, v.dead_zone + model.tolerance("limp_home")
-    s[kalman.JUMP] = _JUMP * (v.preload_open + v.preload_close)
+    s[kalman.JUMP] = _JUMP * (v.preload_open + v.preload_close) / v.torque_per_ampere
     s[kalman.LOW], s[kalman.HIGH] = v.stop_low, v.stop_high
-    s[kalman.STIFFNESS], s[kalman.DAMPING] = _JUMP * v.stop_stiffness, _JUMP * v.stop_damping
-    s[kalman.CREEP] = _CREEP**2 * v.coulomb * v.bristle_stiffness
+    s[kalman.STIFFNESS] = _JUMP * v.stop_stiffness / v.torque_per_ampere
+    s[kalman.DAMPING] = _JUMP * v.stop_damping / v.torque_per_ampere
+    s[kalman.CREEP] = _CREEP**2 * v.coulomb * v.bristle_stiffness / v.torque_per_ampere**2
     s[kalman.SCALE :] = 1.0
     return s

@@ -38,6 +38,10 @@ RATE = 2000
 # Of these the filter's gains follow so much that a difference of two passes is another (`estimation_core.py`).
 BENDING_GAINS = {"inductance", "limp_home", "limp_home_dead_zone", "angle_delay", "measurement_delay"}
 SMALL = Disturbance(1e-3, 1e-2)
+TORQUES = (
+    "torque_per_ampere", "inertia", "preload_open", "preload_close", "slope_open", "slope_close", "stop_stiffness",
+    "stop_damping", "coulomb", "stiction", "bristle_stiffness", "bristle_damping", "viscous",
+)  # fmt: skip
 
 
 def _record(unit, bench, seed):
@@ -260,6 +264,18 @@ def test_a_long_record_is_thinned_to_parts_along_all_of_it(healthy):
     assert (some.readings[0] == made.readings[0]).all()
     assert (some.readings[-1] == made.readings[-1]).all()
     assert made.thinned(len(made), 4) is made
+
+
+def test_a_record_is_as_likely_where_all_torques_and_the_motors_are_larger(healthy):
+    """It shows torques by their currents alone: nothing tells how large they are together."""
+    made, model, _ = healthy
+    place = {one.name: one.place for one in base_unknowns(model)}
+    p = model.vector()
+    larger = p.copy()
+    larger[[place[name] for name in TORQUES]] *= 1.2
+    likely = filtered(made, p, SMALL).log_likelihood
+    again = filtered(made, larger, replace(SMALL, torque=1.2 * SMALL.torque)).log_likelihood
+    assert again == pytest.approx(likely, abs=0.1)  # nats
 
 
 def test_a_thinned_record_keeps_its_terms(healthy):
