@@ -5,7 +5,7 @@ Each is fitted with disturbances of its own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,6 +89,14 @@ class Hypothesis:
             if PARAMETER + one.name in self.ids:
                 one.put(found, float(own[one.place]))
         return found
+
+    def is_in_tolerance(self, unknowns: Iterable[Unknown]) -> bool:
+        """Tell whether it is nothing but base parameters inside their tolerances.
+
+        Then it is no cause: the model as calibrated was not at its best. `unknowns` are those of that model.
+        """
+        own = [one for one in unknowns if PARAMETER + one.name in self.ids]
+        return bool(own) and all(abs(self.fit.parameters[one.place] - one.mean) <= one.reach for one in own)
 
     def excludes(self, other: Hypothesis) -> bool:
         """Tell whether another one is less likely for more than its shape.

@@ -6,7 +6,7 @@ look for another cause beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,12 +31,11 @@ from etb_hil.hypotheses.constants import (
     NEEDED,
     NOTHING,
     PARAMETER,
-    PARTS,
-    SEARCHED,
 )
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.starts import beginning, from_elsewhere, likelier
+from etb_hil.hypotheses.telling import telling
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.hypotheses.waves import several
 from etb_hil.plant.effects.effect import Effect
@@ -122,14 +121,13 @@ def searched(
     With `ids` only those are, and only where the model's misfit is material. Where the residual may be of the shape of
     a cause, another one has to explain all but little of it.
     """
-    made = prepared(whole.thinned(SEARCHED, PARTS), model)
+    made = prepared(telling(whole, model), model)
     record, first = made.calibrated()
     out, immaterial = _left_out(made, ids, without), NOTHING if ids is None else MATERIAL
     steps: list[Step] = []
     is_interrupted = False
     try:
-        for step in _steps(record, first, made.effects, out, progress, immaterial):
-            steps.append(step)  # noqa: PERF402 (an interrupt keeps what was found)
+        first = _search(record, first, made.effects, out, progress, immaterial, steps)
     except KeyboardInterrupt:
         is_interrupted = True
     needed = list(steps)
@@ -167,28 +165,56 @@ def _late(record: Record, fit: Fitted, without: Collection[str]) -> Step | None:
     return None
 
 
-def _steps(
+def _search(
     record: Record,
     first: Fitted,
     effects: Mapping[str, Effect],
     without: Collection[str],
     progress: Callable[[str], None],
     immaterial: float,
-) -> Iterator[Step]:
-    """Return one step after another, each beside the best of those before it."""
-    before, steps = first, list[Step]()
+    steps: list[Step],
+) -> Fitted:
+    """Add one step after another, each beside the best of those before it.
+
+    Returns the calibrated model. Parameters that are likeliest inside their tolerances are no cause: the fits before
+    them had ended on a hill, and begin again beyond it.
+    """
+    before, moved = first, set[tuple[str, ...]]()
     while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else immaterial):
         progress(f"looking for a cause beside {_named(steps)}" if steps else "looking for a cause")
         is_doubted = _may_be_its_shape(steps)
         out = {*without, *_other_shapes(steps)}
         step = stepped(record, before, effects, out, EQUIVALENT_PARAMETER if is_doubted else NEEDED)
         if step is None:
-            return
-        yield step
-        steps.append(step)
-        before = step.best.fit
-        if is_doubted and not step.is_material:
-            return
+            break
+        if step.best.is_in_tolerance(first.unknowns):
+            if step.best.ids in moved:
+                break
+            moved.add(step.best.ids)
+            if steps:
+                steps[-1] = _begun_again(record, steps[-2].best.fit if steps[1:] else first, steps[-1], step.best)
+            else:
+                first = _likelier(record, first, step.best)
+        else:
+            steps.append(step)
+            if is_doubted and not step.is_material:
+                break
+        before = steps[-1].best.fit if steps else first
+    return first
+
+
+def _begun_again(record: Record, before: Fitted, step: Step, calibration: Hypothesis) -> Step:
+    """Return a step with the fits that a calibration found beside it makes likelier."""
+    fits = side_by_side(lambda one: _likelier(record, one.fit, calibration), step.hypotheses)
+    begun_again = [Hypothesis.of(one.ids, before, fit) for one, fit in zip(step.hypotheses, fits, strict=True)]
+    return _decided(before, begun_again, step.share) or step
+
+
+def _likelier(record: Record, fit: Fitted, calibration: Hypothesis) -> Fitted:
+    """Return a fit, or one that begins with other base parameters and is likelier."""
+    p = calibration.added_to(fit.parameters)
+    begins = [begun(record, p, fit.unknowns, one) for one in (first_disturbance(p), calibration.fit.disturbance)]
+    return max(fit, settled(record, max(begins, key=lambda one: one.posterior)), key=lambda one: one.posterior)
 
 
 def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, without: Sequence[str] = ()) -> Step | None:
@@ -196,7 +222,7 @@ def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, with
 
     None where none of them is likelier than the model; `without`: ids that are not tried.
     """
-    made = prepared(whole.thinned(SEARCHED, PARTS), model)
+    made = prepared(telling(whole, model), model)
     record, before = made.calibrated()
     out = _left_out(made, ids, [*without, *(entry.id for entry in model.effects)])
     return stepped(record, before, made.effects, out)
@@ -236,7 +262,7 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
             competing = [other for other in compared.hypotheses if other.ids != one.ids]
             anew.append(Step(misfit(fit), (one, *competing), NEEDED, is_material=True))
             fit = one.fit
-        if misfit(found[-1].best.fit) > NEEDED * misfit(fit):
+        if misfit(fit) < NOTHING or misfit(found[-1].best.fit) > NEEDED * misfit(fit):
             found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
     return found
 

@@ -7,7 +7,7 @@ import pytest
 from synthetic import MODEL
 
 from etb_hil.discrepancy.measured.angles import grid_of
-from etb_hil.discrepancy.measured.decimation import decimated
+from etb_hil.discrepancy.measured.decimation import at_least, decimated
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.plant.device import Device, Driven
 
@@ -98,6 +98,14 @@ def test_samples_are_kept_in_step_with_commands(rate, each, first, every, begin)
     np.testing.assert_array_equal(found.angle, fast.angle[begin::every][: len(found)])
     if each % every == 0:
         np.testing.assert_allclose(found.voltage, fast.voltage[begin::every][: len(found)], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("each", "first", "every", "begin"), [(2, 1, 2, 1), (4, 0, 2, 0), (3, 0, 1, 0)])
+def test_half_of_the_samples_are_kept_only_in_step_with_commands(each, first, every, begin):
+    measured = _commanded(6000, each, first, 2000.0)
+    found = at_least(1000.0, measured)
+    assert found.rate == 2000.0 / every
+    np.testing.assert_allclose(found.voltage, measured.voltage[begin::every][: len(found)], rtol=1e-12)
 
 
 def test_what_is_simulated_along_thinned_samples_is_not_thinned_again():

@@ -17,16 +17,20 @@ _IN_STEP = 0.98  # of them
 
 
 def decimated(measured: Measurement) -> Measurement:
+    """Return a measurement at the rate that balances are made of."""
+    return measured if measured.is_decimated else replace(at_least(_ENOUGH, measured), is_decimated=True)
+
+
+def at_least(rate: float, measured: Measurement) -> Measurement:
     """Return every n-th sample, with mean voltage or force until the next kept one.
 
-    Kept samples are in step with the commands, so that a voltage is held from one to the next as it was: no mean shows
-    what a current does after a step within a sample. A sample is good if all samples of its mean are.
+    So many a second are kept at least, in Hz. They are in step with the commands, so that a voltage is held from one to
+    the next as it was: no mean shows what a current does after a step within a sample. A sample is good if all samples
+    of its mean are.
     """
-    if measured.is_decimated:
-        return measured
-    first, every = _step(measured)
+    first, every = _step(measured, rate)
     if every <= 1:
-        return replace(measured, is_decimated=True)
+        return measured
     whole = first + (len(measured) - first) // every * every
 
     def kept(values: Float64 | None) -> Float64 | None:
@@ -45,13 +49,12 @@ def decimated(measured: Measurement) -> Measurement:
         is_good=np.all(in_blocks(measured.is_good[first:], every), axis=1),
         encoder=kept(measured.encoder),
         added=kept(measured.added),
-        is_decimated=True,
     )
 
 
-def _step(measured: Measurement) -> tuple[int, int]:
+def _step(measured: Measurement, rate: float) -> tuple[int, int]:
     """Return the first kept sample, and the decimation factor."""
-    most = int(measured.rate / _ENOUGH + 1e-6)
+    most = int(measured.rate / rate + 1e-6)
     if most <= 1 or not measured.device.has_winding:
         return 0, most
     samples = np.flatnonzero(commanded(measured)) + 1

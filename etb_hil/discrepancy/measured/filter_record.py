@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.discrepancy.measured.decimation import at_least
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.sampling import open_bridge
 from etb_hil.estimation.kalman import NOISE_VOLTAGE
@@ -14,27 +15,35 @@ from etb_hil.estimation.record import Record, record
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64
 
+# Hz. A pass of the filter costs as much a sample at any rate, and so many samples at 1 kHz are of twice the motion that
+# they are of at 2 kHz (`python benchmarks/explain_study.py strong FIRST COUNT`).
+_ENOUGH = 1000.0
+
 
 def as_record(measured: Measurement, model: Model) -> Record:
-    """Return a measurement as the filter takes it.
+    """Return a measurement as the filter takes it, at the rate that it needs.
 
     Its sensors are as good as the record shows. A force, or a current that is imposed, stands where a winding has its
     voltage: it has 1 ohm and no lag then.
     """
+    rate, measured = measured.rate, at_least(_ENOUGH, measured)
+    of_mean = measured.rate / rate  # of the variance of one voltage
     model, bad = replace(model, sensors=measured.sensors), ~measured.is_good
     time = np.arange(len(measured), dtype=np.float64) * measured.dt
     if not measured.device.has_winding:
         unsure = np.where(bad, np.max(np.square(measured.voltage)), 0.0)
         made = record(time, measured.voltage, model, motor=_read(measured.angle, bad), unsure=unsure)
-        made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2
+        made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2 * of_mean
         return replace(made, is_read=True)
     current, motor, plate = (_read(one, bad) for one in (measured.current, *measured.motor_and_plate))
     # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
     unsure = np.where(open_bridge(measured) | bad, model.values.voltage_limit**2, 0.0)
-    return record(
+    made = record(
         time, measured.voltage, model, current=current, motor=motor, plate=plate, temperature=measured.temperature,
         unsure=unsure,
     )  # fmt: skip
+    made.settings[NOISE_VOLTAGE] *= of_mean
+    return made
 
 
 def _read(values: Float64 | None, bad: NDArray[np.bool_]) -> Float64 | None:

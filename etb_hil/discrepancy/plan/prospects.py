@@ -18,10 +18,11 @@ from etb_hil.estimation.record import Record, joined
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import FittedEffect, can_show, candidates, freed
 from etb_hil.hypotheses.comparison import least_excluded
-from etb_hil.hypotheses.constants import GAIN, NOTHING, PARAMETER, PARTS, SEARCHED
+from etb_hil.hypotheses.constants import GAIN, NOTHING, PARAMETER
 from etb_hil.hypotheses.information import information_of
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.search import compared
+from etb_hil.hypotheses.telling import telling
 from etb_hil.hypotheses.terms import with_room
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
@@ -101,7 +102,7 @@ def expected_beside(
     """
     if _is_measured(truth, model):
         return Left((), {}, np.inf)
-    made = prepared(as_record(measured, model).thinned(SEARCHED, PARTS), model)
+    made = prepared(telling(as_record(measured, model), model), model)
     parameters = with_room(truth.parameters)
     record = made.record.placed(parameters)
     ids = [own_name(id_) for id_ in truth.ids]

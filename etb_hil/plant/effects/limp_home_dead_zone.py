@@ -7,6 +7,7 @@ from etb_hil.plant.effects.port import Port
 
 _WEAR = "wear of the limp-home lever"
 _NARROWEST = 1e-5  # rad
+_WIDTHS = (0.01, 0.04, 0.1)  # rad: no slope leads to a zone that is far wider
 
 
 def springs(
@@ -44,8 +45,8 @@ EFFECT = Effect(
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
-        strength("above", "rad", -0.001, 0.12, (0.002, 0.008, 0.02), _WEAR),
-        strength("below", "rad", -0.001, 0.12, (0.002, 0.008, 0.02), _WEAR),
+        strength("above", "rad", -0.001, 0.12, (0.002, 0.008, 0.02), _WEAR, elsewhere=_WIDTHS),
+        strength("below", "rad", -0.001, 0.12, (0.002, 0.008, 0.02), _WEAR, elsewhere=_WIDTHS),
         shape("softness", "1", 0.0, 1.0, (0.8, 0.0), "0: nothing pulls inside; 1: torque rises over the whole zone"),
     ),
     looks_like="the plate is loose over some degrees about limp-home",
