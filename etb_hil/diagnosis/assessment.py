@@ -1,6 +1,6 @@
 """The fit of friction to the ticks of a whole run.
 
-The assessment decides which windows count, makes the fits, and gives the numbers with their intervals.
+The assessment decides which windows count, and makes the fits.
 """
 
 from __future__ import annotations
@@ -18,18 +18,14 @@ from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
 from etb_hil.diagnosis.evidence import Evidence, gather_evidence
 from etb_hil.diagnosis.friction_laws import Law
-from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
-from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.hard_break_away import pairs_of
 from etb_hil.diagnosis.hidden_stiction import FALLS, hidden_stiction
-from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.noisy_angle import quieted, shape_for, slowest_for, unsure_by_noise
-from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
-from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit, fit_stribeck, friction_of
+from etb_hil.diagnosis.prior import INERTIA, prior_of
+from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, friction_of
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import NARROW, Shape, Windows, place_windows, window_means
-from etb_hil.plant.exactmath import exp
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
@@ -41,12 +37,6 @@ _FEWEST = 20  # independent windows, for up to 20 parameters (`prior.py`)
 _CLUSTER = 100  # ticks that share their noise: six narrow windows long (benchmarks/interval_coverage.py)
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run, 0.07 mN·m at the stock plate
-_DROP_STANDS_OUT = 3.0  # standard errors
-# Share of omega_s that it costs to know the motion at ticks only, for each time that the cube of what the speed changes
-# by between them exceeds that of so many rad/s; up to there, draws see it. No noise, so it does not average out
-# (decision 0010; `benchmarks/interval_coverage.py`).
-_BETWEEN_TICKS, _CHANGE = 0.002, 0.8
-_SHARES = np.linspace(0.05, 1.0, 20)  # of the fastest speed, at which friction bounds T_c
 _REACH = 4  # ticks, over which an acceleration stands out of the encoder's steps
 
 
@@ -154,129 +144,6 @@ def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fi
         without = friction + (1.0 + fit.parameters[INERTIA]) * evidence.errors[:, 0]
         friction = np.where(np.abs(without) < np.abs(friction), without, friction)
     return replace(ticks, friction=np.interp(np.arange(len(ticks)), windows.centre, friction))
-
-
-def fitted_numbers(assessment: Assessment, throttle: ThrottleParameters, *, is_by_a_law: bool) -> dict[str, Interval]:
-    """Return T_st, T_c, omega_s, viscosity and return margin with their intervals.
-
-    There are none without a fit. They are in SI units at the throttle shaft, and those of all laws by which friction
-    may go, in the proportion of their probabilities. A number that the likeliest law does not have is left out. T_st
-    reaches up to what slower motion may hide. Where friction goes by no law (not `is_by_a_law`), T_c and viscosity are
-    the highest bounds of all laws, and there is no omega_s.
-    """
-    laws, fastest, hardest = assessment.laws, assessment.fastest, assessment.hardest
-    if not laws:
-        return {}
-    numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest, is_by_a_law)) for law in laws]
-    found = {}
-    for name in numbers[0][1]:
-        parts = [(probability, of[name]) for probability, of in numbers if name in of]
-        whole = sum(probability for probability, _ in parts)
-        found[name] = mixed([(probability / whole, part) for probability, part in parts])
-    if not is_by_a_law:
-        found["T_c"] = _at_most(max(of["T_c"].high for _, of in numbers))
-        found["viscous"] = _at_most(max(_all_viscous(law.fit, fastest) for law in laws))
-    hidden = assessment.hidden
-    found["T_st"] = replace(found["T_st"], high=found["T_st"].high + hidden)
-    found["return_margin"] = replace(found["return_margin"], low=found["return_margin"].low - hidden)
-    return found
-
-
-def _numbers(
-    fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float, is_by_a_law: bool
-) -> dict[str, Interval]:
-    """Return the numbers under one law.
-
-    Without a drop from T_st to T_c there is no omega_s, nor without a law that friction goes by.
-    """
-    q = fit.parameters
-    shows_drop = is_by_a_law and _shows_drop(fit, fastest)
-    numbers = {
-        "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
-        "T_c": _coulomb(fit, fastest, throttle, shows_drop),
-        "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
-        "return_margin": _return_margin(fit, throttle),
-    }
-    if shows_drop:
-        numbers["omega_s"] = _stribeck_velocity(fit, hardest)
-    return numbers
-
-
-def _stribeck_velocity(fit: StribeckFit, hardest: float) -> Interval:
-    share = hardest / _CHANGE
-    between = TWO_SIDED_95 * _BETWEEN_TICKS * max(share * share * share - 1.0, 0.0)
-    reach = fit.reach({LOG_SPEED: 1.0})
-    speed, factor = float(exp(fit.parameters[LOG_SPEED])), float(exp(math.sqrt(reach * reach + between * between)))
-    return Interval(speed, speed / factor, speed * factor)
-
-
-def _shows_drop(fit: StribeckFit, fastest: float) -> bool:
-    """Return whether friction was seen to fall from T_st towards T_c.
-
-    Only then can the Stribeck effect be distinguished from viscosity.
-    """
-    stands_out = float(fit.parameters[DROP]) > _DROP_STANDS_OUT * fit.error({DROP: 1.0})
-    return stands_out and fastest * float(exp(-fit.parameters[LOG_SPEED])) >= 1.0
-
-
-def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
-    """Return the friction of steady sliding at speeds (n), and its error (n).
-
-    Speeds are in rad/s; friction and its standard error are in N·m.
-    """
-    q = fit.parameters
-    error = np.array([fit.error_along(steady_by(omega, q)) for omega in speeds.tolist()])
-    return np.where(speeds >= 0.0, 1.0, -1.0) * steady_level(speeds, q) + q[VISCOUS] * speeds, error
-
-
-def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters, shows_drop: bool) -> Interval:
-    """Return T_c with its interval, wider where the plate never slid fast enough.
-
-    Fast enough means far above omega_s. What the fitted curve has left at the fastest speed was never seen to fall
-    away. Where no drop from T_st stands out, the plate was slower than omega_s, friction goes by no law, or T_c might
-    as well be nothing, Stribeck effect and viscosity cannot be distinguished: T_c lies below T_st and below friction at
-    every speed of the run, and no more is known; not even that where the plate only crept.
-    """
-    q = fit.parameters
-    coulomb, drop = float(q[COULOMB]), float(q[DROP])
-    stiction, stiction_error = fit.stiction
-    around = _around(coulomb, fit.reach({COULOMB: 1.0}))
-    if shows_drop and around.low > 0.0:
-        unseen = drop * float(peak_left(fastest, q))
-        return Interval(coulomb, around.low - unseen, around.high + unseen)
-    level, error = fitted_curve(fit, fastest * _SHARES)
-    value = min(coulomb, stiction)
-    bound = min(stiction + TWO_SIDED_95 * stiction_error, float(np.min(level + TWO_SIDED_95 * error)))
-    if fastest < throttle.stribeck_velocity:
-        bound = max(bound, around.high)
-    return Interval(value, min(value, 0.0), max(value, bound))
-
-
-def _all_viscous(fit: StribeckFit, fastest: float) -> float:
-    """Return the viscosity that takes all of the friction at the fastest speed."""
-    level, error = fitted_curve(fit, np.array([fastest]))
-    return (float(level[0]) + TWO_SIDED_95 * float(error[0])) / fastest
-
-
-def _at_most(bound: float) -> Interval:
-    """Return what is known of a number that is bounded above only."""
-    return Interval(bound, 0.0, bound)
-
-
-def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:
-    """Return the weaker spring's preload less T_st.
-
-    Both depend on the motor's constant, so their errors are correlated.
-    """
-    margins = []
-    for index, preload in ((PRELOAD_OPEN, throttle.preload_open), (PRELOAD_CLOSE, throttle.preload_close)):
-        value = preload + float(fit.parameters[index]) - fit.stiction[0]
-        margins.append(_around(value, fit.reach({index: 1.0, COULOMB: -1.0, DROP: -1.0})))
-    return min(margins, key=lambda margin: margin.value)
-
-
-def _around(value: float, reach: float) -> Interval:
-    return Interval(value, value - reach, value + reach)
 
 
 def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:

@@ -11,7 +11,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import UnitVerdict
-from etb_hil.diagnosis.assessment import JUDGED, assess, fitted_numbers
+from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.contradiction import (
     Widening,
     against_each_other,
@@ -29,6 +29,7 @@ from etb_hil.diagnosis.direction import against_motor
 from etb_hil.diagnosis.drift import by_place_and_time, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.findings import Findings
+from etb_hil.diagnosis.fitted_numbers import fitted_numbers
 from etb_hil.diagnosis.grounds import Coverage, Grounds, local_excess, unexplained
 from etb_hil.diagnosis.hard_break_away import unread
 from etb_hil.diagnosis.hot_motor import hot_motor_remarks
@@ -219,7 +220,7 @@ class Diagnosis:
             )
         unseen = too_wide_unseen(local, self._model, throttle, (self._lowest, self._highest))
         at_rest = resistance_at_rest(ticks) if fit is None else None
-        fitted = fitted_numbers(assessment, throttle, is_by_a_law=misfit is None)
+        fitted = fitted_numbers(assessment, throttle, misfit)
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
         fastest = reading.fastest if fit is None else assessment.fastest
         far = FAR_ABOVE * (throttle.stribeck_velocity if speed is None else speed.value)

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import Assessment, fitted_curve
+from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.break_away import BreakAway, at_rates
 from etb_hil.diagnosis.bump_fit import excess_of
 from etb_hil.diagnosis.contradiction import Widening
+from etb_hil.diagnosis.fitted_numbers import fitted_curve
 from etb_hil.diagnosis.friction_model import peak_left
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval

@@ -17,6 +17,7 @@ from etb_hil.diagnosis.law_score import score_of
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import Linearised
 from etb_hil.diagnosis.window_weights import weights_of
+from etb_hil.recording.samples import Float64
 
 # Standard errors. Of 308 units whose friction goes by a law 306 reach 2.2 in a run at most, and 29 of 36 with iron
 # losses more than 2.5 (`benchmarks/interval_coverage.py`, and `verdicts_under_effects.py --effects iron_loss`).
@@ -28,10 +29,17 @@ _MATTERS = 0.003
 
 @dataclass(frozen=True, slots=True)
 class SpeedMisfit:
-    """Friction that is off the likeliest law by `torque` N·m, at about `speed` rad/s."""
+    """Friction off the likeliest law: by `torque` N·m about `speed` rad/s.
+
+    It is off in the half octave of that speed.
+    """
 
     speed: float
     torque: float
+
+    def at(self, speeds: Float64) -> Float64:
+        """Return by how many N·m friction is off the law at speeds (n) in rad/s."""
+        return np.where(np.searchsorted(SPEEDS, speeds) == np.searchsorted(SPEEDS, self.speed), self.torque, 0.0)
 
 
 def speed_misfit(assessment: Assessment) -> SpeedMisfit | None:

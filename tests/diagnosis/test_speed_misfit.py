@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 from generator.rig import no_effects
 from independent_throttle import ELASTO_PLASTIC, Unit, friction_check, sense
+from test_bent_bristles import assessed
 from test_diagnosis_verdicts import judge
+from throttle_as_model import bench_model
 from verdicts_under_effects import judged, on_the_rig, sized
+
+from etb_hil.diagnosis.fitted_numbers import fitted_numbers
+from etb_hil.diagnosis.speed_misfit import SpeedMisfit
 
 SHARES = (0.15, 0.3)  # of T_c, that the losses take
 
@@ -60,3 +65,17 @@ def test_friction_by_a_law_is_not_doubted(unit):
     result = judge(unit, sense(unit, motion, 1000, np.random.default_rng(8)), phases, 1000)
     assert all(reason.id != "friction_by_no_law" for reason in result.reasons)
     assert result.measurements.get("T_c").low > 0.0
+
+
+def test_friction_above_the_law_raises_the_bounds_of_its_own_speeds():
+    """T_c is below friction at every speed, and viscosity takes no more than all of it at the fastest."""
+    found, more = assessed(Unit(), 1000), 0.005
+
+    def highest(name, misfit):
+        return fitted_numbers(found, bench_model(Unit()).values, misfit)[name].high
+
+    below, slow, fast = (SpeedMisfit(*at) for at in ((found.fastest, -more), (0.05, more), (found.fastest, more)))
+    assert highest("viscous", fast) == pytest.approx(highest("viscous", below) + more / found.fastest)
+    for name in ("T_c", "viscous"):
+        assert highest(name, slow) == highest(name, below)
+    assert highest("T_c", below) <= highest("T_c", fast) < highest("T_c", below) + more
