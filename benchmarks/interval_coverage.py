@@ -131,8 +131,9 @@ def collect(rows, unit, result):
         found = result.measurements.get(name)
         if found is None or found.low is None:
             rows.setdefault(f"{name}: no interval", []).append((True, np.nan, np.nan))
-        elif name == "T_c" and found.low <= 0.0:
-            rows.setdefault("T_c: bound above only", []).append((found.high >= real, np.nan, found.high / real - 1.0))
+        elif found.is_bound:
+            bounded = (found.high >= real, np.nan, found.high / real - 1.0)
+            rows.setdefault(f"{name}: bound above only", []).append(bounded)
         else:
             held = found.low <= real <= found.high
             rows.setdefault(name, []).append((held, found.value / real - 1.0, (found.high - found.low) / real / 2.0))

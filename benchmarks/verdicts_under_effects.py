@@ -13,6 +13,7 @@ Effects of temperature have a housing at 50 degC, at which copper and magnets ar
 """
 
 import argparse
+import math
 import time
 from collections import Counter
 from dataclasses import replace
@@ -162,7 +163,7 @@ def check(name, number, options):
             if one is not None and one.low is not None:
                 held[id_] = one.low <= true <= one.high
     said = {
-        id_: f"{m.value:.4f} [{m.low:.4f}, {m.high:.4f}]"
+        id_: f"{math.nan if m.value is None else m.value:.4f} [{m.low:.4f}, {m.high:.4f}]"
         for id_ in ("T_st", "T_c", "return_margin")
         if (m := result.measurements.get(id_)) is not None and m.low is not None
     }

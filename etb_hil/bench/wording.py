@@ -104,7 +104,7 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
             todo = kind.too_high if one.is_high else kind.too_low
             return Wording(f"{name} is {one}; the limit is {one.limit}.", _sentence(todo, ".") or REPLACE)
         if ending == _UNDECIDED:
-            return Wording(f"{name} {one} is not known well enough for its limit {one.limit}.", AGAIN)
+            return Wording(f"{name} is {one}, not known well enough for its limit {one.limit}.", AGAIN)
         if ending == _WITHOUT_INTERVAL:
             unknown = f"Its uncertainty is unknown: the limit of {one.limit} was not applied."
             return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)
@@ -207,7 +207,7 @@ class _Shown:
     """
 
     def __init__(self, one: Measurement | None) -> None:
-        self._value = "not measured" if one is None or one.value is None else shown.measured(one)
+        self._value = shown.measured(one) if one is not None and one.is_known else "not measured"
         stated = shown.UNKNOWN if one is None else shown.limit(one)
         self.limit = "none" if stated == shown.UNKNOWN else stated
         self.is_high = one is None or (one.limit_high is not None and (one.value or 0.0) > one.limit_high)

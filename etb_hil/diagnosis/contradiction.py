@@ -17,7 +17,7 @@ from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_SQUARE, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
 from etb_hil.diagnosis.hot_motor import HotMotor, hot_motor
-from etb_hil.diagnosis.interval import Interval
+from etb_hil.diagnosis.interval import Interval, at_most
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
 from etb_hil.diagnosis.result import Reason
@@ -64,10 +64,10 @@ class Widening:
         the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
         """
         low = max(interval.low, 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
-        low = 0.0 if self.is_confounded else low
         value = max(interval.value, 0.0)  # what hardly bounds T_c may have fitted less than none
         high = max(interval.high, stiction.high if self.is_bent else 0.0)
-        return Interval(value, low, max(high * (1.0 + self.way[1]), value))
+        high = max(high * (1.0 + self.way[1]), value)
+        return at_most(high) if self.is_confounded or interval.is_bound else Interval(value, low, high)
 
     def of_curve(self, interval: Interval, settled: float) -> Interval:
         """Return the interval of sliding friction, widened for gain and an uneven way.

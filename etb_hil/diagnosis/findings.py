@@ -134,7 +134,8 @@ class Findings:
     def with_gain(self, found: Interval, **more: object) -> Estimate:
         """Return an estimate whose interval includes the error of the current's gain."""
         low, high = widened(found.value, found.low, found.high, self.widening.gain)
-        return Estimate(found.value, found.low if found.low == 0.0 else low, high, **more)  # type: ignore[arg-type]
+        value = None if found.is_bound else found.value
+        return Estimate(value, found.low if found.low == 0.0 else low, high, **more)  # type: ignore[arg-type]
 
 
 def _hard_break_away(run: Findings) -> HardBreakAway | None:

@@ -14,7 +14,7 @@ import numpy as np
 from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.interval import Interval, mixed
+from etb_hil.diagnosis.interval import Interval, at_most, mixed
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN
 from etb_hil.diagnosis.speed_misfit import SpeedMisfit
 from etb_hil.diagnosis.stribeck_fit import STICTION, StribeckFit
@@ -37,8 +37,8 @@ def fitted_numbers(
 
     There are none without a fit. They are in SI units at the throttle shaft, and those of all laws by which friction
     may go, in the proportion of their probabilities. A number that the likeliest law does not have is left out. T_st
-    reaches up to what slower motion may hide. Where friction goes by no law (a `misfit`), T_c and viscosity are the
-    highest bounds of all laws, and there is no omega_s.
+    reaches up to what slower motion may hide. T_c is bounded above where the likeliest law does not show it. Where
+    friction goes by no law (a `misfit`), T_c and viscosity are the highest bounds of all laws, and there is no omega_s.
     """
     laws, fastest, hardest = assessment.laws, assessment.fastest, assessment.hardest
     if not laws:
@@ -48,10 +48,11 @@ def fitted_numbers(
     for name in numbers[0][1]:
         parts = [(probability, of[name]) for probability, of in numbers if name in of]
         whole = sum(probability for probability, _ in parts)
-        found[name] = mixed([(probability / whole, part) for probability, part in parts])
+        mixture = mixed([(probability / whole, part) for probability, part in parts])
+        found[name] = at_most(mixture.high) if parts[0][1].is_bound else mixture
     if misfit is not None:
-        found["T_c"] = _at_most(max(of["T_c"].high for _, of in numbers))
-        found["viscous"] = _at_most(max(_all_viscous(law.fit, fastest, misfit) for law in laws))
+        found["T_c"] = at_most(max(of["T_c"].high for _, of in numbers))
+        found["viscous"] = at_most(max(_all_viscous(law.fit, fastest, misfit) for law in laws))
     hidden = assessment.hidden
     found["T_st"] = replace(found["T_st"], high=found["T_st"].high + hidden)
     found["return_margin"] = replace(found["return_margin"], low=found["return_margin"].low - hidden)
@@ -123,7 +124,7 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters, mis
     bound = min(stiction + TWO_SIDED_95 * stiction_error, float(np.min(_highest(fit, fastest * _SHARES, misfit))))
     if fastest < throttle.stribeck_velocity:
         bound = max(bound, around.high)
-    return Interval(value, min(value, 0.0), max(value, bound))
+    return Interval(value, min(value, 0.0), max(value, bound), is_bound=True)
 
 
 def _all_viscous(fit: StribeckFit, fastest: float, misfit: SpeedMisfit) -> float:
@@ -139,11 +140,6 @@ def _highest(fit: StribeckFit, speeds: Float64, misfit: SpeedMisfit | None) -> F
     level, error = fitted_curve(fit, speeds)
     reached: Float64 = level + TWO_SIDED_95 * error
     return reached if misfit is None else reached + np.maximum(misfit.at(speeds), 0.0)
-
-
-def _at_most(bound: float) -> Interval:
-    """Return what is known of a number that is bounded above only."""
-    return Interval(bound, 0.0, bound)
 
 
 def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:

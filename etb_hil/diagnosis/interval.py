@@ -17,11 +17,20 @@ _LEAST = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A value with its 95 % interval."""
+    """A value with its 95 % interval.
+
+    `is_bound`: nothing is known of the value but that it lies there, between 0 and `high`.
+    """
 
     value: float
     low: float
     high: float
+    is_bound: bool = False
+
+
+def at_most(high: float) -> Interval:
+    """Return the interval of a value that is bounded above only."""
+    return Interval(high, 0.0, high, is_bound=True)
 
 
 def mixed(parts: Sequence[tuple[float, Interval]]) -> Interval:

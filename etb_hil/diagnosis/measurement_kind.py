@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 class Estimate:
     """A value in SI with its 95 % interval, None where unknown.
 
+    An interval from 0 without a value is a bound: the value is at most `high`, and no more is known.
     `note` says under which conditions it holds. Where a measurement gives several values, `suffix` sets their ids apart
     (`T_st_at_rate_1`) and `name` their names; empty: the words of the suffix do. `may_pass` is False where the run saw
     too little of the unit for a pass. `undecided` takes the place of the usual reason where the interval reaches over a

@@ -63,7 +63,7 @@ def _each(found: Found) -> Iterable[Estimate]:
 
 
 def _verdict(one: Measurement, estimate: Estimate, band: float) -> UnitVerdict | None:
-    if (one.limit_low is None and one.limit_high is None) or one.value is None:
+    if (one.limit_low is None and one.limit_high is None) or not one.is_known:
         return None
     if one.low is None or one.high is None:
         return UnitVerdict.INCONCLUSIVE
@@ -74,11 +74,11 @@ def _verdict(one: Measurement, estimate: Estimate, band: float) -> UnitVerdict |
 
 
 def stand(
-    value: float, low: float, high: float, limit_low: float | None, limit_high: float | None, band: float
+    value: float | None, low: float, high: float, limit_low: float | None, limit_high: float | None, band: float
 ) -> UnitVerdict:
     """Return the verdict on a value's interval by its limits.
 
-    `band` is a share of each limit, inside which nothing is decided.
+    `band` is a share of each limit, inside which nothing is decided. A bound has no value.
     """
     verdicts = []
     if limit_high is not None:
@@ -87,7 +87,7 @@ def stand(
     if limit_low is not None:
         margin = band * abs(limit_low)
         verdicts.append(_side(low - limit_low - margin, limit_low - high - margin))
-    if not low <= value <= high:
+    if value is not None and not low <= value <= high:
         return UnitVerdict.INCONCLUSIVE
     for worst in (UnitVerdict.FAIL, UnitVerdict.INCONCLUSIVE):
         if worst in verdicts:

@@ -60,7 +60,7 @@ def _with_shared_remarks(all_read: DiagnosisResult, half_read: DiagnosisResult) 
 
 
 def _wider(one: Measurement, other: Measurement | None, band: float) -> Measurement:
-    if one.low is None or one.high is None or one.value is None:
+    if one.low is None or one.high is None:
         return one
     judged = one.verdict is not None
     if other is None or other.low is None or other.high is None:

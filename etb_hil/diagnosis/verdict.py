@@ -78,7 +78,7 @@ def _missing(measured: Sequence[Measured], grounds: Grounds) -> dict[str, Measur
     Of several values each counts: what others of them are says nothing of one that the run could not measure.
     """
     told = {name for one in measured for name in (one.kind.id, one.measurement.id)}
-    without = {one.measurement.id: one.kind for one in measured if one.measurement.value is None and one.is_limited}
+    without = {one.measurement.id: one.kind for one in measured if not one.measurement.is_known and one.is_limited}
     missing = {name: kind for name, kind in grounds.limited.items() if name not in told} | without
     return {name: kind for name, kind in missing.items() if not kind.phases or kind.phases & grounds.phases}
 

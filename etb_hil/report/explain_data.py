@@ -36,8 +36,10 @@ def judged_sentences(found: ExplanationResult) -> list[str]:
 
 
 def _with_interval(name: str, number: JudgedMeasurement) -> str:
-    said = f"{name_of(name)} {number.value:.3g} {number.unit}"
     low, high = number.interval
+    if number.value is None:
+        return f"{name_of(name)} at most {high:.3g} {number.unit}"
+    said = f"{name_of(name)} {number.value:.3g} {number.unit}"
     return said if low is None or high is None else f"{said} (95 %: {low:.3g} to {high:.3g})"
 
 

@@ -35,7 +35,7 @@ def measured_for(code: TroubleCode, results: RunResult) -> str:
     """Return what was measured of all that speaks for or against a code."""
     meaning = CODES.get(code.code)
     wanted = () if meaning is None else meaning.measurements
-    found = [one for name in wanted if (one := results.measurements.get(name)) is not None and one.value is not None]
+    found = [one for name in wanted if (one := results.measurements.get(name)) is not None and one.is_known]
     if not found:
         return "no measurement of this run speaks for or against it"
     return "measured: " + ", ".join(_said(one) for one in found)

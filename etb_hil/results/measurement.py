@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Measurement:
     """A measured value in SI with its 95 % interval, its limits and its verdict.
 
-    What is unknown is None.
+    What is unknown is None. Without a `value`, the run bounds it and does not measure it: it is at most `high`.
 
     `low` and `high` bound the interval, `limit_low` and `limit_high` are what is allowed. `verdict` is None where no
     limit applies. `note` says under which conditions the value holds.
@@ -39,6 +39,16 @@ class Measurement:
     def interval(self) -> tuple[float, float] | None:
         """The 95 % interval in SI, or None where the value has none."""
         return None if self.low is None or self.high is None else (self.low, self.high)
+
+    @property
+    def is_bound(self) -> bool:
+        """Whether the value is known to be at most `high`, and no more."""
+        return self.value is None and self.high is not None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the value was measured, or bounded."""
+        return self.value is not None or self.is_bound
 
     @property
     def is_judged(self) -> bool:

@@ -85,13 +85,16 @@ def _places(value: float, digits: int) -> int:
 
 
 def value(one: Measurement) -> str:
-    """Return the value of a measurement without its unit."""
+    """Return the value of a measurement without its unit, `at most x` of a bound."""
+    if one.is_bound:
+        return f"at most {plain(one.high, one.unit, decimals(one))}"
     return plain(one.value, one.unit, decimals(one))
 
 
 def measured(one: Measurement) -> str:
     """Return the value of a measurement with its unit, or `-` where there is none."""
-    return quantity(one.value, one.unit, decimals(one))
+    text = value(one)
+    return text if text == UNKNOWN else f"{text} {unit_shown(one.unit)}".rstrip()
 
 
 def limit(one: Measurement) -> str:
@@ -114,8 +117,11 @@ def nearer_limit(one: Measurement) -> float | None:
 
 
 def interval(one: Measurement) -> str:
-    """Return the 95 % interval as `low to high`, or an empty text."""
-    if one.low is None or one.high is None:
+    """Return the 95 % interval as `low to high`, or an empty text.
+
+    The value of a bound says it already.
+    """
+    if one.low is None or one.high is None or one.is_bound:
         return ""
     return " to ".join(plain(edge, one.unit, decimals(one)) for edge in (one.low, one.high))
 

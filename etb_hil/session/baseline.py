@@ -20,6 +20,7 @@ from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.quantity import dimension_of_unit, parse_quantity, tidy_unit, to_si
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.diagnosis.measurement_registry import kind_of
+from etb_hil.results import shown
 from etb_hil.scenario.phases import LOG
 
 if TYPE_CHECKING:
@@ -133,8 +134,8 @@ def compare(baseline: Document[Baseline], results: RunResult) -> list[Comparison
     ]
     if expected.verdict is not None:
         verdict = results.unit.verdict
-        shown = "none" if verdict is None else str(verdict)
-        entries.insert(0, Comparison("verdict", str(expected.verdict), shown, verdict == expected.verdict))
+        said = "none" if verdict is None else str(verdict)
+        entries.insert(0, Comparison("verdict", str(expected.verdict), said, verdict == expected.verdict))
     return entries
 
 
@@ -156,10 +157,11 @@ def _compared(baseline: Document[Baseline], name: str, found: Measurement | None
     entry = baseline.content.numbers[name]
     wanted = _wanted(baseline, name)
     if found is None or found.value is None:
-        return Comparison(name, wanted, "not measured", agrees=False)
-    shown = f"{found.value:.6g} {found.unit}".removesuffix(" 1")
+        said = "not measured" if found is None or not found.is_bound else shown.measured(found)
+        return Comparison(name, wanted, said, agrees=False)
+    said = f"{found.value:.6g} {found.unit}".removesuffix(" 1")
     is_near = abs(found.value - entry.si) <= entry.width
-    return Comparison(name, wanted, shown, _fits(baseline, name, found.unit) and is_near)
+    return Comparison(name, wanted, said, _fits(baseline, name, found.unit) and is_near)
 
 
 def _fits(baseline: Document[Baseline], name: str, unit: str) -> bool:

@@ -84,15 +84,17 @@ def compute(run):
         Estimate(2.5, 2.4, 2.6, suffix="_free"),
         Estimate(0.5, 0.5, 0.5, suffix="_least", is_least=True),
         Estimate(2.5, 2.5, 2.5, suffix="_least_late", is_least=True),
+        Estimate(None, 0.0, 0.6, suffix="_bound"),
+        Estimate(None, 0.0, 2.5, suffix="_bound_late"),
     ]
 
 
 MEASUREMENT = MeasurementKind(
     id="made", name="made up", unit="A", compute=compute, order=1,
-    suffixes="pass|unseen|fail|near|none|no_low|no_high|free|least|least_late",
+    suffixes="pass|unseen|fail|near|none|no_low|no_high|free|least|least_late|bound|bound_late",
 )
 '''
-ALL = ("pass", "unseen", "fail", "near", "none", "no_low", "no_high", "least", "least_late")
+ALL = ("pass", "unseen", "fail", "near", "none", "no_low", "no_high", "least", "least_late", "bound", "bound_late")
 
 
 @pytest.fixture
@@ -123,7 +125,8 @@ def test_what_a_value_lacks_decides_its_verdict(tmp_path, side, passes, fails):
     unseen = UNDECIDED if passes is PASS else passes  # a fail needs no whole look
     failed = UNDECIDED if fails is PASS else fails
     late = FAIL if side == "max" else UNDECIDED  # the true value may be higher, and never lower
-    expected = (passes, unseen, failed, UNDECIDED, None, UNDECIDED, UNDECIDED, UNDECIDED, late, None)
+    expected = (passes, unseen, failed, UNDECIDED, None, UNDECIDED, UNDECIDED, UNDECIDED, late)
+    expected += (passes, UNDECIDED, None)  # of a bound, too, a limit says whether it is kept
     assert [found[f"made_{name}"].verdict for name in (*ALL, "free")] == list(expected)
     assert (found["made_pass"].note, found["made_pass"].name) == ("as told", "made up (pass)")
     assert (found["made_unseen"].note, found["made_unseen"].name) == ("", "made up (of its own)")

@@ -223,7 +223,7 @@ def test_coulomb_torque_that_was_never_reached_is_not_claimed(speed, coulomb):
     result = diagnosed(unit)
     number, stiction = result.measurements.get("T_c"), result.measurements.get("T_st")
     assert number.low < coulomb < number.high
-    assert number.value <= stiction.value
+    assert number.is_bound or number.value <= stiction.value
     assert number.verdict is UNSURE
 
 

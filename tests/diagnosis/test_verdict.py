@@ -338,6 +338,15 @@ def test_an_estimate_that_may_not_pass_never_passes():
     assert said(both(INCONCLUSIVE), unseen=unseen) == (INCONCLUSIVE, ["places_not_seen", "T_st_undecided"])
 
 
+@pytest.mark.parametrize("verdict", [PASS, INCONCLUSIVE])
+def test_a_bound_is_judged_and_said_as_one(verdict):
+    bounded = measured("T_c", verdict)
+    bounded = replace(bounded, measurement=replace(bounded.measurement, value=None, low=0.0))
+    found, reasons = conclude([measured("T_st", PASS), bounded], GROUNDS)
+    assert (found, len(reasons)) == (verdict, 1)
+    assert f"{KINDS['T_c'].name} is at most 0.210 N·m, allowed at most 0.260" in reasons[0].text
+
+
 def test_a_limit_of_a_phase_that_was_measured_is_not_missing():
     of_phase = next(kind for kind in KINDS.values() if kind.phases and "ramp" not in kind.phases)
     found = [*both(), measured(of_phase.id, PASS, value=0.1)]

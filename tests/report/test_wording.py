@@ -187,6 +187,13 @@ def test_the_limit_that_is_said_is_the_one_that_was_passed(value, limit):
     assert f"the limit is {limit}." in worded("default_position_beyond_limit", one).reason
 
 
+def test_a_bound_is_said_as_one():
+    one = Measurement("T_c", name_of("T_c"), None, "N·m", 0.0, 0.21, None, 0.2, UnitVerdict.INCONCLUSIVE)
+    expected = "Sliding friction is at most 0.210 N·m, not known well enough for its limit 0.200 N·m."
+    assert worded("T_c_undecided", one).reason == expected
+    assert (shown.measured(one), shown.interval(one)) == ("at most 0.210 N·m", "")
+
+
 def test_a_value_without_an_interval_is_not_too_close_to_its_limit():
     one = Measurement("temperature", "temperature", 40.0, "degC", None, None, None, 10.0, UnitVerdict.INCONCLUSIVE)
     found = worded("temperature_without_interval", one)

@@ -109,8 +109,11 @@ def test_a_value_in_another_unit_than_expected_does_not_agree(baseline, unit):
 
 
 def test_what_was_not_measured_does_not_agree(baseline):
-    (found,) = compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of())
-    assert (found.found, found.agrees) == ("not measured", False)
+    expected = baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}")
+    bound = Measurement("T_st", "T_st", None, "N·m", 0.0, 0.2)
+    for measured, said in (((), "not measured"), ((bound,), "at most 0.200 N·m")):
+        (found,) = compare(expected, run_of(*measured))
+        assert (found.found, found.agrees) == (said, False)
 
 
 @pytest.mark.parametrize("name", ["return_time_open", "step_rise_small_opening"])

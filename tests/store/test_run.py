@@ -64,6 +64,11 @@ def test_what_was_not_measured_is_no_number_of_a_run():
     assert (run.temperature, [*run.numbers]) == (None, ["T_c"])
 
 
+def test_a_bound_is_no_number_that_histories_and_golden_units_compare():
+    run = run_of(RUN, UNIT, OUTCOME, {"T_st": VALUES, "T_c": (None, 0.0, 0.13, None, 0.2, "N·m")})
+    assert [*run.numbers] == ["T_st"]
+
+
 @pytest.mark.parametrize("wrong", [None, 5, 0.5, b"text", ["text"]], ids=repr)
 def test_names_times_verdicts_and_units_are_text(wrong):
     whole = {"run": RUN, "unit": UNIT, "outcome": OUTCOME, "numbers": {"T_st": VALUES}}

@@ -65,6 +65,6 @@ def _said(result: DiagnosisResult) -> Judgement:
     friction = {
         id_: JudgedMeasurement(one.value, one.unit, (one.low, one.high))
         for id_ in ("T_st", "T_c")
-        if (one := result.measurements.get(id_)) is not None and one.value is not None
+        if (one := result.measurements.get(id_)) is not None and one.is_known
     }
     return Judgement(str(result.verdict), tuple(reason.text for reason in result.reasons), friction)

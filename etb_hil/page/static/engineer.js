@@ -1,7 +1,7 @@
 // The engineer's view: one run or two, their steps, measurements and signals, files to download, and an explanation.
 
 import { draw } from "./chart.js";
-import { element, limitText, showTroubles } from "./parts.js";
+import { element, limitText, showTroubles, valueText } from "./parts.js";
 import { readTable, thinned, valueAt } from "./signals.js";
 import { stepResult } from "./steps.js";
 import { clock, DEGREES, inDegrees, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
@@ -126,8 +126,8 @@ function showResults() {
   fill("compared", head, [...new Set([...left.keys(), ...right.keys()])].map((id) => {
     const one = left.get(id), other = right.get(id), any = one ?? other;
     const both = one?.value != null && other?.value != null && one.unit === other.unit;
-    return [measured(id, any.name), [one ? shown(one.value, one.unit) : "–", "n"], [limitText(any), "n"], verdictCell(one),
-      ...(two ? [[other ? shown(other.value, other.unit) : "–", "n"], verdictCell(other), [both ? shown(other.value - one.value, one.unit) : "–", "n"]] : [])];
+    return [measured(id, any.name), [one ? valueText(one) : "–", "n"], [limitText(any), "n"], verdictCell(one),
+      ...(two ? [[other ? valueText(other) : "–", "n"], verdictCell(other), [both ? shown(other.value - one.value, one.unit) : "–", "n"]] : [])];
   }));
 }
 

@@ -1,7 +1,7 @@
 // The operator page: what the server tells is shown, what the operator does is asked of the server.
 
 import { draw } from "./chart.js";
-import { element, limitText, showTroubles, takes } from "./parts.js";
+import { element, limitText, showTroubles, takes, valueText } from "./parts.js";
 import { CODE, listen } from "./scanner.js";
 import { DEGREES, inDegrees, clock, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
@@ -195,7 +195,7 @@ function showNumbers(snapshot) {
   if (!isRunning() && about.outcome) {
     const urgency = (one) => (one.verdict === null ? 2 : one.verdict === "pass" ? 1 : 0);
     rows = about.outcome.measurements.filter((one) => one.value !== null || one.verdict).toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
-      measured(one.id, one.name), shown(one.value, one.unit), limitText(one), one.verdict]);
+      measured(one.id, one.name), valueText(one), limitText(one), one.verdict]);
   } else if (snapshot) {
     rows = [
       [measured("T_st"), shown(snapshot.stiction, "N·m"), upper(snapshot.stiction_limit), judged(snapshot.stiction, snapshot.stiction_limit)],

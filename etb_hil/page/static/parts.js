@@ -9,6 +9,9 @@ export function element(name, text = "", classes = "") {
   return made;
 }
 
+// Return what was measured: without a value, a bound of it.
+export const valueText = ({ value, high, unit }) => (value === null && high !== null ? `≤ ${shown(high, unit)}` : shown(value, unit));
+
 export function limitText({ limit_low: low, limit_high: high, unit }) {
   if (low !== null && high !== null) return `${shown(low, unit)} … ${shown(high, unit)}`;
   return low !== null ? `≥ ${shown(low, unit)}` : high !== null ? `≤ ${shown(high, unit)}` : "";

@@ -83,8 +83,8 @@ class ModelledFriction:
 class JudgedMeasurement:
     """A measurement of the diagnosis with a model."""
 
-    value: float
-    """Value, in `unit`."""
+    value: float | None
+    """Value, in `unit`; null where it is known to be at most the end of the interval."""
     unit: str
     """Unit of all values."""
     interval: tuple[float | None, float | None]
