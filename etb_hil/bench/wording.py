@@ -40,7 +40,7 @@ _MOST_NAMED = 3  # measurements in the sentence of a pass
 _STICKS = {"T_st_exceeded", "plate_stuck"}
 
 # What only a law of friction tells.
-_BY_THE_LAW = {"T_c_undecided", "T_c_not_reached", "viscous_undecided", "omega_s_not_measured"}
+_BY_THE_LAW = {"T_c_undecided", "viscous_undecided", "omega_s_not_measured"}
 
 
 def unit_wording(results: RunResult) -> Wording:

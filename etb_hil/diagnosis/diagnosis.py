@@ -226,8 +226,8 @@ class Diagnosis:
         far = FAR_ABOVE * (throttle.stribeck_velocity if speed is None else speed.value)
         series = plot_columns(assessment, widening) | break_away_columns(assessment.broken_away)
         found = Findings(
-            self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, unseen,
-            fastest, far, self._limits.dwell, reading, hot, MappingProxyType(series),
+            self._model, throttle, self._zero, assessment, MappingProxyType(fitted), widening, way, drift, misfit,
+            unseen, fastest, far, self._limits.dwell, reading, hot, MappingProxyType(series),
             self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))

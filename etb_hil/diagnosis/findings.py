@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.limit_laws import DwellLaw
     from etb_hil.diagnosis.places_seen import Unseen
     from etb_hil.diagnosis.segments import Segment
+    from etb_hil.diagnosis.speed_misfit import SpeedMisfit
     from etb_hil.diagnosis.tally import LiveReading
     from etb_hil.diagnosis.uneven_way import UnevenWay
     from etb_hil.plant.parameters import Model, ThrottleParameters
@@ -40,8 +41,8 @@ class Findings:
     `throttle` holds the model's parameters at the temperature of the current zero. `fitted` are the parameters of the
     friction curve with the intervals of the fit alone, empty where there is no fit; `fastest` and `far` rad/s are the
     highest speed and the speed from which T_c is seen. `unseen` is the widest part of the way that no slow motion
-    covered, None where that is little. `dwell` is the law by which limits follow the time of rest. `hot` is a motor
-    much warmer than its housing. `series` are the columns of the plots.
+    covered, None where that is little. `misfit` is friction that goes by no law. `dwell` is the law by which limits
+    follow the time of rest. `hot` is a motor much warmer than its housing. `series` are the columns of the plots.
     """
 
     model: Model
@@ -52,6 +53,7 @@ class Findings:
     widening: Widening
     way: UnevenWay | None
     drift: Drift | None
+    misfit: SpeedMisfit | None
     unseen: Unseen | None
     fastest: float
     far: float

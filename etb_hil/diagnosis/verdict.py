@@ -38,13 +38,14 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     ]
     missing = {name: kind for name, kind in missing.items() if kind.roles <= grounds.roles}
     no_curve = [name for name, kind in missing.items() if not kind.phases and not grounds.has_curve]
+    notes = {one.measurement.id: one.measurement.note for one in measured}
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_at_one_place(judged, grounds, is_certain=True), *_stuck(grounds, no_curve)]
     doubts = [
         *without_signal,
         *_poor_evidence(grounds, no_curve),
-        *(_not_measured(name, kind) for name, kind in missing.items() if name not in no_curve),
+        *(_not_measured(name, kind, notes.get(name)) for name, kind in missing.items() if name not in no_curve),
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_at_one_place(judged, grounds, is_certain=False),
@@ -99,9 +100,9 @@ def _named(name: str, kind: MeasurementKind) -> str:
     return kind.name_of(name.removeprefix(kind.id))
 
 
-def _not_measured(name: str, kind: MeasurementKind) -> Reason:
-    text = f"{_named(name, kind)} was not measured: the motion of this run does not show it"
-    if kind.phases:
+def _not_measured(name: str, kind: MeasurementKind, note: str | None) -> Reason:
+    text = f"{_named(name, kind)} was not measured: {note or 'the motion of this run does not show it'}"
+    if kind.phases and not note:
         phases = ", ".join(sorted(kind.phases))
         text = f"{_named(name, kind)} was not measured, although the run has a phase for it ({phases})"
     return Reason(f"{name}_not_measured", text)

@@ -130,7 +130,7 @@ def test_a_drift_that_ends_within_the_run_gives_no_wrong_curve_over_speed(drift,
     truths = {"omega_s": unit.stribeck_velocity, "viscous": unit.viscous, "T_c": last}
     for name, truth in truths.items():
         number = result.measurements.get(name)
-        assert number is None or number.low < truth < number.high
+        assert number is None or not number.is_known or number.low < truth < number.high
     assert result.verdict is not UnitVerdict.FAIL
 
 

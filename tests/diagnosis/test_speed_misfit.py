@@ -20,9 +20,12 @@ SHARES = (0.15, 0.3)  # of T_c, that the losses take
 
 @pytest.fixture(scope="module", params=SHARES)
 def lossy(request):
-    unit = Unit(coulomb=0.15, stiction=0.18)
+    return with_losses(Unit(coulomb=0.15, stiction=0.18), request.param)
+
+
+def with_losses(unit, share):
     rig, phases = on_the_rig(unit, unit, 3, 1000, 20.0)
-    effects, _ = sized(rig, "iron_loss", request.param, np.random.default_rng(5), no_effects())
+    effects, _ = sized(rig, "iron_loss", share, np.random.default_rng(5), no_effects())
     return judged(rig, phases, unit, effects, 1000, 1.0)
 
 
@@ -36,7 +39,16 @@ def test_what_only_the_law_parts_is_bounded_above_or_not_given(lossy):
         found = lossy.measurements.get(name)
         assert (found.value, found.low) == (None, 0.0)
         assert true < found.high
-    assert lossy.measurements.get("omega_s") is None
+    omega_s = lossy.measurements["omega_s"]
+    assert (omega_s.value, omega_s.high, omega_s.note) == (None, None, "friction over speed goes by no known law")
+
+
+def test_no_faster_plate_is_asked_for_where_there_is_no_law():
+    result = with_losses(Unit(coulomb=0.17, stiction=0.21, stribeck_velocity=10.0), 0.3)
+    ids = [reason.id for reason in result.reasons]
+    assert ids[0] == "T_c_undecided"
+    assert "friction_by_no_law" in ids
+    assert "T_c_not_reached" not in ids
 
 
 def test_stiction_is_known_without_the_law(lossy):

@@ -297,6 +297,9 @@ def test_a_limit_that_was_not_measured_with_all_its_signals_says_why():
     _, reasons = conclude([measured("T_st", PASS)], replace(GROUNDS, has_curve=True))
     assert [reason.id for reason in reasons] == ["T_c_not_measured"]  # there is a curve, so it is not for want of one
     assert reasons[0].text.endswith("the motion of this run does not show it")
+    lost = Measurement("omega_s", "Stribeck velocity", None, "rad/s", limit_high=9.0, note="there is no law")
+    _, reasons = conclude([*both(), Measured(KINDS["omega_s"], Estimate(None), lost)], replace(GROUNDS, has_curve=True))
+    assert reasons[0] == Reason("omega_s_not_measured", "Stribeck velocity was not measured: there is no law")
 
 
 def test_one_of_several_values_that_was_not_measured_is_a_doubt_whatever_the_others_say():

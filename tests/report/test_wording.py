@@ -92,7 +92,7 @@ def test_what_an_uneven_way_leaves_undecided_is_not_to_be_repeated():
     assert unit_wording(sample_run.results(unit=other)).next_step.startswith("Repeat the test.")
 
 
-@pytest.mark.parametrize("reason_id", ["T_c_undecided", "T_c_not_reached", "omega_s_not_measured"])
+@pytest.mark.parametrize("reason_id", ["T_c_undecided", "viscous_undecided", "omega_s_not_measured"])
 def test_what_only_a_law_of_friction_tells_is_not_to_be_repeated_where_there_is_none(reason_id):
     unit = Unit(UnitVerdict.INCONCLUSIVE, reason_id, also=("friction_by_no_law",))
     assert "repeating the test does not help" in unit_wording(sample_run.results(unit=unit)).next_step

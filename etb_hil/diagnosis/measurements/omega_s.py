@@ -13,8 +13,10 @@ if TYPE_CHECKING:
 def _stribeck_velocity(run: Findings) -> Estimate | None:
     """Return the fitted speed at which friction has fallen.
 
-    None where time or place passes for speed.
+    None where time or place passes for speed. It has no value where friction goes by no law.
     """
+    if run.misfit is not None:
+        return Estimate(None, note="friction over speed goes by no known law")
     found = run.fitted.get("omega_s")
     if found is None or run.widening.is_confounded:
         return None

@@ -21,7 +21,7 @@ def _coulomb(run: Findings) -> Estimate | None:
     if found is None or stiction is None:
         return None
     undecided = None
-    if run.fastest < run.far:
+    if run.misfit is None and run.fastest < run.far:  # a faster plate tells nothing of friction by no law
         text = f"the plate never passed 2.15 omega_s ({run.fastest:.1f} of {run.far:.1f} rad/s)"
         undecided = Reason("T_c_not_reached", text)
     return run.with_gain(run.widening.of_coulomb(found, stiction), undecided=undecided)
