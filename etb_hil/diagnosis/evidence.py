@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (
     Windows,
@@ -18,7 +17,7 @@ from etb_hil.diagnosis.windows import (
     sliding,
     window_means,
 )
-from etb_hil.plant.exactmath import sine_and_cosine
+from etb_hil.plant.exactmath import sines_and_cosines
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
@@ -91,14 +90,5 @@ def _by_disc(ticks: Ticks, windows: Windows, p: ThrottleParameters) -> tuple[Flo
         inertia = window_means(p.inertia * wave, windows.shape.acceleration, windows)
         return -(inertia + window_means(slope * wave, windows.shape.torque, windows)) / p.gear_ratio
 
-    sine, cosine = _waves(p.gear_ratio * ticks.angle)
+    sine, cosine = sines_and_cosines(p.gear_ratio * ticks.angle)
     return load(sine), load(cosine)
-
-
-@njit(cache=True, error_model="numpy")
-def _waves(angle: Float64) -> tuple[Float64, Float64]:
-    """Return sine and cosine (n) of angles (n) in rad."""
-    sine, cosine = np.empty(len(angle)), np.empty(len(angle))
-    for k in range(len(angle)):
-        sine[k], cosine[k] = sine_and_cosine(angle[k])
-    return sine, cosine

@@ -177,3 +177,12 @@ def sine_and_cosine(x: float) -> tuple[float, float]:
     if turned == 2:
         return -sine, -cosine
     return (-cosine, sine) if turned else (sine, cosine)
+
+
+@njit(cache=True, error_model="numpy")
+def sines_and_cosines(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return sines (n) and cosines (n) of angles (n) in rad."""
+    sines, cosines = np.empty(len(x)), np.empty(len(x))
+    for k in range(len(x)):
+        sines[k], cosines[k] = sine_and_cosine(x[k])
+    return sines, cosines

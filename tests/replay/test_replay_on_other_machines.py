@@ -18,9 +18,12 @@ OLD_MACHINE = {
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("bench", ["virtual_classic", "virtual_fd"])
-def test_a_replay_on_an_old_machine_gives_the_same_bits(tmp_path, tmp_path_factory, bench):
-    live = run_on(tmp_path, bench=bench, unit="faulty")
+@pytest.mark.parametrize(
+    ("bench", "scenario"),
+    [("virtual_classic", "friction_check"), ("virtual_fd", "friction_check"), ("virtual_fd", "end_of_line")],
+)
+def test_a_replay_on_an_old_machine_gives_the_same_bits(tmp_path, tmp_path_factory, bench, scenario):
+    live = run_on(tmp_path, bench=bench, scenario=scenario, unit="faulty")
     compiled = tmp_path_factory.getbasetemp() / "compiled-for-an-old-machine"  # once for all benches
     environment = {**os.environ, **OLD_MACHINE, "NUMBA_CACHE_DIR": str(compiled)}
     command = [sys.executable, "-m", "etb_hil", "replay", str(live.session.folder)]

@@ -14,6 +14,8 @@ import numpy as np
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.motion.plate_sensor import BIN, difference
+from etb_hil.observer.normal_equations import accumulate, inverse, times
+from etb_hil.plant.exactmath import sine_and_cosine, sines_and_cosines
 from etb_hil.recording.samples import Float64
 
 if TYPE_CHECKING:
@@ -79,8 +81,8 @@ class Encoder:
     def _less(self, angle: Float64, sine: float, cosine: float) -> Float64:
         found = angle
         for _ in range(_FIXED_POINT):
-            turned = self.turn * found
-            found = angle - sine * np.sin(turned) - cosine * np.cos(turned)
+            sines, cosines = sines_and_cosines(self.turn * found)
+            found = angle - sine * sines - cosine * cosines
         return found
 
 
@@ -102,13 +104,15 @@ def encoder_of(run: Findings) -> Encoder:
     if found is None:
         return Encoder(turn, rounding)
     angle, both = 0.5 * (found.angle[0] + found.angle[1]), 0.5 * (found.value[0] + found.value[1])
-    columns = np.stack([np.ones(len(angle)), np.sin(turn * angle), np.cos(turn * angle)], axis=1)
-    bread = np.linalg.inv(columns.T @ columns)
-    offset_and_wave = bread @ (columns.T @ both)
-    left = both - columns @ offset_and_wave
+    ones = np.ones(len(angle))
+    columns = np.stack([ones, *sines_and_cosines(turn * angle)], axis=1)
+    matrix, vector = accumulate(columns, both, ones)
+    bread = inverse(matrix)
+    offset_and_wave = times(bread, vector)
+    left = both - times(columns, offset_and_wave)
     variance = float(np.sum(left * left)) / (len(left) - len(bread))
     # A mean over a bin has lost a little of the wave: sin(x) / x, where x is half the bin's turn of the motor.
-    kept = math.sin(0.5 * turn * BIN) / (0.5 * turn * BIN)
+    kept = sine_and_cosine(0.5 * turn * BIN)[0] / (0.5 * turn * BIN)
     _, sine, cosine = (-offset_and_wave / kept).tolist()
     wave_error = math.sqrt(variance * float(bread[1, 1] + bread[2, 2]) / 2.0) / kept
     return Encoder(turn, rounding, sine, cosine, wave_error)
