@@ -50,8 +50,6 @@ class Assessment:
     above what the fits say, as friction may rise below the speeds of a run without slow break-aways.
     """
 
-    ticks: Ticks
-    windows: Windows
     evidence: Evidence
     laws: Sequence[Law]
     balance: VoltageBalance | None
@@ -68,13 +66,13 @@ class Assessment:
     @property
     def fastest(self) -> float:
         """Highest speed among the windows, in rad/s; 0 where there are none."""
-        return float(np.abs(self.evidence.velocity).max()) if len(self.windows) else 0.0
+        return float(np.abs(self.evidence.velocity).max()) if len(self.evidence) else 0.0
 
     @property
     def ways(self) -> tuple[int, int]:
         """How many windows opened and closed the plate."""
         opening = int(np.count_nonzero(self.evidence.velocity > 0.0))
-        return opening, len(self.windows) - opening
+        return opening, len(self.evidence) - opening
 
     @property
     def hardest(self) -> float:
@@ -82,7 +80,7 @@ class Assessment:
 
         The change is 0 where there are no windows.
         """
-        angle, centre = self.ticks.angle, self.windows.centre
+        angle, centre = self.evidence.ticks.angle, self.evidence.windows.centre
         bend = angle[centre + _REACH] - 2.0 * angle[centre] + angle[centre - _REACH]
         return float(np.abs(bend).max()) / (_REACH * _REACH * TICK) if len(centre) else 0.0
 
@@ -97,37 +95,37 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         windows, velocity = _moving_windows(ticks, usable, shape, max(slowest, _SLOWEST))
     cluster = windows.centre // (_CLUSTER * windows.shape.half // NARROW.half)
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
-    if len(windows) < _FEWEST * windows.shape.overlap:
-        return Assessment(ticks, windows, evidence, (), None, None, break_aways(ticks, throttle))
+    if len(evidence) < _FEWEST * evidence.overlap:
+        return Assessment(evidence, (), None, None, break_aways(ticks, throttle))
     balance = voltage_balance(ticks, windows, cluster)
     quiet = quieted(ticks, windows, velocity, throttle.coulomb / throttle.bristle_stiffness)
-    ticks = quiet.ticks
+    evidence = replace(evidence, ticks=quiet.ticks)
     error = _UNKNOWN_ZERO
     if zero.is_measured:
         error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
     prior = prior_of(model, throttle, error, balance)
-    fit = fit_stribeck(ticks, windows, evidence, prior)
+    fit = fit_stribeck(evidence, prior)
     if fit is None:
-        return Assessment(ticks, windows, evidence, (), balance, None, break_aways(ticks, throttle))
-    found = without_drift(ticks, windows, evidence, prior, fit)
+        return Assessment(evidence, (), balance, None, break_aways(quiet.ticks, throttle))
+    found = without_drift(evidence, prior, fit)
     evidence, fit, drift = found.evidence, found.fit, found.drift
     laws = []
     for law in found.laws:
         unsure = law.fit
         if law.fit is fit:  # a free exponent is fitted to windows that slide; ageing shows in bent windows alone
-            unsure = unsure_by_bristles(ticks, windows, evidence, prior, fit)
-        unsure = unsure_by_lag(ticks, windows, evidence, law.prior, unsure)
-        unsure = unsure_by_noise(quiet, windows, evidence, law.prior, unsure)
-        unsure = unsure_by_place(ticks, windows, evidence, law.prior, unsure)
+            unsure = unsure_by_bristles(evidence, prior, fit)
+        unsure = unsure_by_lag(evidence, law.prior, unsure)
+        unsure = unsure_by_noise(quiet, evidence, law.prior, unsure)
+        unsure = unsure_by_place(evidence, law.prior, unsure)
         little = found.little
         if drift is None and little is None:
-            little = drift_of(ticks, windows, evidence, law.fit)
-        laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift, little)))
+            little = drift_of(evidence, law.fit)
+        laws.append(replace(law, fit=unsure_by_time(evidence, law.prior, unsure, drift, little)))
     broken_away = break_aways(_with_friction(quiet.read, usable, throttle, laws[0].fit, windows.shape), throttle)
     hidden, pairs = 0.0, pairs_of(broken_away, throttle.limp_home)
     if all(max(one.speed, other.speed) > min(FALLS) for one, other in pairs):
-        hidden = hidden_stiction(ticks, windows, evidence, prior, fit)
-    return Assessment(ticks, windows, evidence, laws, balance, drift, broken_away, pairs, hidden)
+        hidden = hidden_stiction(evidence, prior, fit)
+    return Assessment(evidence, laws, balance, drift, broken_away, pairs, hidden)
 
 
 def _with_friction(ticks: Ticks, usable: Int64, throttle: ThrottleParameters, fit: StribeckFit, shape: Shape) -> Ticks:

@@ -17,9 +17,7 @@ from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import LOG_DAMPING, LOG_STIFFNESS
 from etb_hil.diagnosis.prior import Prior
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, linearised, shifted
-from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.window_weights import weights_of
-from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import inverse, times
 from etb_hil.recording.samples import Float64
 
@@ -30,15 +28,13 @@ _LAG = 0.1
 _AT_ONCE = 6.907755278982137  # log(1000): bristles so much stiffer follow a change of speed at once
 
 
-def unsure_by_bristles(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
-) -> StribeckFit:
+def unsure_by_bristles(evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
     """Return a fit with the uncertainty that bent bristles add.
 
     The fit is by the paper's law, the uncertainty of first order. What windows that slide know nothing of differs by no
     more than its variance, and nothing is added to it.
     """
-    weights = weights_of(ticks, windows, evidence, fit.parameters, fit.residual)
+    weights = weights_of(evidence, fit.parameters, fit.residual)
     by_all, _ = _fitted(weights.of_all, prior, fit)
     sliding, gradient = _fitted(weights.of_sliding, prior, fit)
     apart = times(sliding, gradient)
@@ -46,17 +42,17 @@ def unsure_by_bristles(
     return fit.with_error(np.where(apart < 0.0, -error, error))
 
 
-def unsure_by_lag(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
+def unsure_by_lag(evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
     """Return a fit with the uncertainty that another lag of sliding adds.
 
     The uncertainty is of first order.
     """
-    sliding = weights_of(ticks, windows, evidence, fit.parameters, fit.residual).of_sliding > 0.0
+    sliding = weights_of(evidence, fit.parameters, fit.residual).of_sliding > 0.0
     at_once = fit.parameters.copy()
     at_once[LOG_STIFFNESS] += _AT_ONCE
     at_once[LOG_DAMPING] -= _AT_ONCE
-    moved = linearised(ticks, windows, evidence, at_once, prior.count).residual - fit.residual
-    return fit.with_error(_LAG * shifted(ticks, windows, evidence, prior, fit, np.where(sliding, moved, 0.0)))
+    moved = linearised(evidence, at_once, prior.count).residual - fit.residual
+    return fit.with_error(_LAG * shifted(evidence, prior, fit, np.where(sliding, moved, 0.0)))
 
 
 def _fitted(weight: Float64, prior: Prior, fit: StribeckFit) -> tuple[Float64, Float64]:

@@ -21,8 +21,6 @@ from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.local_friction import local_means
 from etb_hil.diagnosis.prior import CONSTANT, Prior
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, widened_by
-from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import Windows
 from etb_hil.recording.samples import Float64
 
 _TURNS = 3  # the curve falls without the bump, and more of the bump stands out of it
@@ -51,9 +49,7 @@ def by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> 
     return middle, odd, error
 
 
-def without_bumps(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
-) -> tuple[Evidence, StribeckFit]:
+def without_bumps(evidence: Evidence, prior: Prior, fit: StribeckFit) -> tuple[Evidence, StribeckFit]:
     """Return the evidence and the fit with bumps taken out.
 
     Bumps that are all over stay in it; so does what is too low, too broad or too near an end to be a bump.
@@ -64,22 +60,22 @@ def without_bumps(
         inside = _inside(evidence.position, bumps) & slow
         if not bumps or np.count_nonzero(inside) > _MOST * np.count_nonzero(slow):
             break
-        tried = replace(evidence, counts=~_passing(ticks.angle, windows, bumps))
-        better = fit_stribeck(ticks, windows, tried, prior)  # anew: a bump leads into a valley of its own
+        tried = replace(evidence, counts=~_passing(evidence, bumps))
+        better = fit_stribeck(tried, prior)  # anew: a bump leads into a valley of its own
         if better is None:
             break
         known, fit = tried, better
     return known, fit
 
 
-def unsure_by_place(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
+def unsure_by_place(evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
     """Return a fit as unsure as what friction has left by place makes it."""
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & evidence.slides
     middle, odd, _ = by_place(evidence, fit, shown)
     if not len(middle):
         return fit
-    uneven = evidence.over_time * (1.0 + np.interp(ticks.angle, middle, odd))
-    return widened_by(ticks, windows, evidence, prior, fit, uneven)
+    uneven = evidence.over_time * (1.0 + np.interp(evidence.ticks.angle, middle, odd))
+    return widened_by(evidence, prior, fit, uneven)
 
 
 def _bumps(evidence: Evidence, fit: StribeckFit) -> list[Bump]:
@@ -106,8 +102,8 @@ def _inside(angle: Float64, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
     return inside
 
 
-def _passing(angle: Float64, windows: Windows, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
+def _passing(evidence: Evidence, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
     """Return which windows (m) hold angles of ticks (n) in a bump."""
-    ticks_inside = np.concatenate([[0], np.cumsum(_inside(angle, bumps))])
-    half = windows.shape.half
-    return ticks_inside[windows.centre + half + 1] > ticks_inside[windows.centre - half]
+    ticks_inside = np.concatenate([[0], np.cumsum(_inside(evidence.ticks.angle, bumps))])
+    centre, half = evidence.windows.centre, evidence.windows.shape.half
+    return ticks_inside[centre + half + 1] > ticks_inside[centre - half]

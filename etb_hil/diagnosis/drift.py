@@ -25,9 +25,8 @@ from etb_hil.diagnosis.prior import DISC_SINE, INERTIA, PRELOAD_OPEN, Prior
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.segment_bootstrap import least_squares
 from etb_hil.diagnosis.stribeck_fit import StribeckFit, fit_stribeck, refit, widened_by
-from etb_hil.diagnosis.ticks import TICK, Ticks
+from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.uneven_way import UnevenWay
-from etb_hil.diagnosis.windows import Windows
 from etb_hil.recording.samples import Float64, Int64
 
 _SURE = 3.0  # standard errors: units that stay reach 2.5 (benchmarks/interval_coverage.py)
@@ -88,16 +87,16 @@ class WithoutDrift:
     little: Drift | None = None
 
 
-def without_drift(ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit) -> WithoutDrift:
+def without_drift(known: Evidence, prior: Prior, fit: StribeckFit) -> WithoutDrift:
     """Return what a run says of friction without bumps and without drift.
 
     Motion is slow first and fast later, so that a curve of another law than the paper's passes for a drift, and a drift
     for such a curve. So a drift is that beside the likeliest law; both are fitted in turns until the drift stays, five
     times at most. What the last turn left of it is its error, too.
     """
-    evidence, fit = without_bumps(ticks, windows, known, prior, fit)
-    here = WithoutDrift(evidence, fit, laws_of(ticks, windows, evidence, prior, fit))
-    more = drift_of(ticks, windows, evidence, here.laws[0].fit)
+    evidence, fit = without_bumps(known, prior, fit)
+    here = WithoutDrift(evidence, fit, laws_of(evidence, prior, fit))
+    more = drift_of(evidence, here.laws[0].fit)
     found: Drift | None = None
     for _ in range(_TURNS):
         if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
@@ -105,18 +104,16 @@ def without_drift(ticks: Ticks, windows: Windows, known: Evidence, prior: Prior,
         tried = more if found is None else replace(more, rate=found.rate + more.rate)
         if max(tried.below, tried.above) > _MOST:
             return replace(here, drift=replace(tried, is_bent=True))
-        along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
+        along = 1.0 + tried.rate * (_elapsed(known) - tried.middle)
         drifting = replace(known, over_time=along)
-        if found is None:  # the drift may have led the fit into another valley
-            better = fit_stribeck(ticks, windows, drifting, prior)
-        else:
-            better = refit(ticks, windows, drifting, prior, here.fit.parameters)
+        # a first drift may have led the fit into another valley
+        better = fit_stribeck(drifting, prior) if found is None else refit(drifting, prior, here.fit.parameters)
         if better is None:
             break
         found = tried
-        evidence, fit = without_bumps(ticks, windows, drifting, prior, better)
-        here = WithoutDrift(evidence, fit, laws_of(ticks, windows, evidence, prior, fit))
-        more = drift_of(ticks, windows, evidence, here.laws[0].fit)
+        evidence, fit = without_bumps(drifting, prior, better)
+        here = WithoutDrift(evidence, fit, laws_of(evidence, prior, fit))
+        more = drift_of(evidence, here.laws[0].fit)
     if found is None:
         return here
     if more is None:
@@ -124,37 +121,32 @@ def without_drift(ticks: Ticks, windows: Windows, known: Evidence, prior: Prior,
     found = replace(found, error=math.hypot(more.error, more.rate))
     if abs(found.whole) < _OF_THE_MOTOR or abs(found.rate) <= _SURE * found.error:
         return replace(here, little=found)
-    return replace(here, drift=replace(found, is_bent=_is_bent(ticks, windows, here.evidence, here.laws[0].fit)))
+    return replace(here, drift=replace(found, is_bent=_is_bent(here.evidence, here.laws[0].fit)))
 
 
 def unsure_by_time(
-    ticks: Ticks,
-    windows: Windows,
-    evidence: Evidence,
-    prior: Prior,
-    fit: StribeckFit,
-    drift: Drift | None,
-    little: Drift | None,
+    evidence: Evidence, prior: Prior, fit: StribeckFit, drift: Drift | None, little: Drift | None
 ) -> StribeckFit:
     """Return a fit as unsure as a drift makes it.
 
     That is the `drift` that was taken off, or a sure one that may be the motor's torque: `little` of it.
     """
     if drift is not None:
-        along = 1.0 + drift.error * (_elapsed(ticks) - drift.middle) / evidence.over_time
+        along = 1.0 + drift.error * (_elapsed(evidence) - drift.middle) / evidence.over_time
     elif little is None or abs(little.rate) <= _SURE * little.error:
         return fit
     else:
-        along = 1.0 + little.rate * (_elapsed(ticks) - little.middle)
-    return widened_by(ticks, windows, evidence, prior, fit, evidence.over_time * along)
+        along = 1.0 + little.rate * (_elapsed(evidence) - little.middle)
+    return widened_by(evidence, prior, fit, evidence.over_time * along)
 
 
-def _elapsed(ticks: Ticks) -> Float64:
+def _elapsed(evidence: Evidence) -> Float64:
     """Return the time since the first tick (n) in s, in whole ticks.
 
     The time has the same bits wherever a log begins.
     """
-    elapsed: Float64 = np.round((ticks.time - ticks.time[0]) / TICK) * TICK
+    time = evidence.ticks.time
+    elapsed: Float64 = np.round((time - time[0]) / TICK) * TICK
     return elapsed
 
 
@@ -181,12 +173,12 @@ class _Slow:
         return _fitted(np.concatenate([*columns, self.others], axis=1), self.excess, self.segment)
 
 
-def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> _Slow | None:
+def _slow(evidence: Evidence, fit: StribeckFit) -> _Slow | None:
     """Return the slow windows of a fit; None where they are too few."""
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & evidence.slides
     if np.count_nonzero(shown) < _FEWEST * evidence.overlap:
         return None
-    time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]
+    time, velocity = _elapsed(evidence)[evidence.windows.centre[shown]], evidence.velocity[shown]
     first, last = float(time.min()), float(time.max())
     speed = np.searchsorted(SPEEDS, np.abs(velocity))
     same_speed = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
@@ -197,12 +189,12 @@ def _slow(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) 
     return _Slow(share, others, excess_of(evidence, fit)[shown], evidence.cluster[shown], first, last)
 
 
-def drift_of(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
+def drift_of(evidence: Evidence, fit: StribeckFit) -> Drift | None:
     """Return how the friction residual of a fit changes with time, by a line.
 
     None where the run does not tell.
     """
-    slow = _slow(ticks, windows, evidence, fit)
+    slow = _slow(evidence, fit)
     line = None if slow is None else slow.coefficient(1)
     if slow is None or line is None:
         return None
@@ -210,12 +202,12 @@ def drift_of(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFi
     return Drift(line[0] / half, line[1] / half, 0.5 * (slow.last + slow.first), slow.first, slow.last, is_bent=False)
 
 
-def _is_bent(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> bool:
+def _is_bent(evidence: Evidence, fit: StribeckFit) -> bool:
     """Return whether a line fails to describe the residual over time.
 
     True also where the data cannot decide.
     """
-    slow = _slow(ticks, windows, evidence, fit)
+    slow = _slow(evidence, fit)
     bend = None if slow is None else slow.coefficient(2, 1)
     return bend is None or abs(bend[0]) > _SURE * bend[1]
 

@@ -26,13 +26,17 @@ from etb_hil.recording.samples import Float64, Int64
 class Evidence:
     """The windows of a run as the fit takes them.
 
+    `ticks` (n) are those by whose angle bristles bend; `windows` (m) lie over them.
+
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 7), what inertia, preloads, slopes and the
-    encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `overlap`: that of the windows' shape;
-    `cluster` (m) numbers segments that share their noise. `over_time` (n) is the factor on friction at the time of each
-    tick; `counts` (m), which windows are fitted; `slides` (m), which of them are beyond any bending of bristles.
+    encoder's disc add to the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that
+    share their noise. `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows
+    are fitted; `slides` (m), which of them are beyond any bending of bristles.
     """
 
+    ticks: Ticks
+    windows: Windows
     motor: Float64
     motor_rate: Float64
     load: Float64
@@ -40,11 +44,18 @@ class Evidence:
     position: Float64
     errors: Float64
     per_ampere: float
-    overlap: float
     cluster: Int64
     over_time: Float64
     counts: NDArray[np.bool_]
     slides: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.windows)
+
+    @property
+    def overlap(self) -> float:
+        """By how much a mean of many windows varies more than one of independent ones."""
+        return self.windows.shape.overlap
 
 
 def gather_evidence(
@@ -73,7 +84,7 @@ def gather_evidence(
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
     return Evidence(
-        motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, windows.shape.overlap, cluster, level,
+        ticks, windows, motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level,
         all_of_them, sliding(ticks, windows),
     )  # fmt: skip
 

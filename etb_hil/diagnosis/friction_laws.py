@@ -21,10 +21,8 @@ from etb_hil.diagnosis.law_score import by_all_parameters, log_evidence, misfit_
 from etb_hil.diagnosis.law_start import start_of_law
 from etb_hil.diagnosis.prior import ANY_EXPONENT, CERTAIN, Prior
 from etb_hil.diagnosis.stribeck_fit import LITTLE, Linearised, StribeckFit, refit
-from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.valley import along_valley
 from etb_hil.diagnosis.window_weights import weights_of
-from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
 from etb_hil.recording.samples import Float64
 
@@ -58,14 +56,14 @@ class _Fitted:
     evidence: float
 
 
-def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
+def laws_of(evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
     """Return the laws that a run leaves probable, the likeliest first.
 
     `usual` is the run's fit by the paper's law. Another law is fitted where the score of its parameter, at the fit
     before, makes it likelier than that one. A law with a free exponent is returned at several omega_s (`valley.py`).
     """
     # the residuals of the paper's law bound the noise and the model error of every law
-    weight = weights_of(ticks, windows, evidence, usual.parameters, usual.residual).of_sliding
+    weight = weights_of(evidence, usual.parameters, usual.residual).of_sliding
     sliding = replace(evidence, counts=weight > 0.0)
 
     def extended(by: _Fitted, at: Linearised, more: tuple[int, ...]) -> _Fitted | None:
@@ -77,7 +75,7 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
         law = _prior_of(prior if ages else _of_bristles(prior, usual), free)
         start = start_of_law(evidence, law, free, by.fit, weight)
         # Contacts age while bristles are bent. Of a curve over speed, bent bristles are wrong by more than it tells.
-        fit = refit(ticks, windows, evidence if ages else sliding, law, start, usual.parameters, LITTLE)
+        fit = refit(evidence if ages else sliding, law, start, usual.parameters, LITTLE)
         if fit is None or fit.parameters[AGEING] < 0.0:
             return None
         return _Fitted(fit, law, free, misfit_of(fit, law, weight), by.evidence + score)
@@ -86,16 +84,16 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
         if law.prior.mean[LOG_EXPONENT] != ANY_EXPONENT:
             return [law]
         counted = evidence if law.fit.parameters[AGEING] > 0.0 else sliding
-        points = along_valley(ticks, windows, counted, law.prior, law.fit, usual.parameters)
+        points = along_valley(counted, law.prior, law.fit, usual.parameters)
         laws = [Law(point.fit, point.prior, law.probability * point.share) for point in points]
         return sorted(laws, key=lambda one: -one.probability)
 
     paper = _Fitted(usual, prior, (), misfit_of(usual, prior, weight), 0.0)
-    at = by_all_parameters(ticks, windows, evidence, usual)
+    at = by_all_parameters(evidence, usual)
     others = [found for more in (_EXPONENT, _AGES) if (found := extended(paper, at, more)) is not None]
     if others:
         best = min(others, key=lambda one: one.misfit)
-        at = by_all_parameters(ticks, windows, evidence, best.fit)
+        at = by_all_parameters(evidence, best.fit)
         both = extended(best, at, _AGES if best.free == _EXPONENT else _EXPONENT)
         others += [] if both is None else [both]
     return [point for law in _weighed(paper, others) for point in along(law)]

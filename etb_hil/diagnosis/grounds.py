@@ -141,11 +141,11 @@ def unexplained(
     fit, evidence = assessment.fit, assessment.evidence
     if fit is None or origin_ns is None:
         return list(episodes)
-    time_ns = origin_ns + (assessment.ticks.time[assessment.windows.centre] * 1e9).astype(np.int64)
+    time_ns = origin_ns + (evidence.ticks.time[evidence.windows.centre] * 1e9).astype(np.int64)
     way, q = np.where(evidence.velocity > 0.0, 1.0, -1.0) * (1.0 + fit.parameters[CONSTANT]), fit.parameters.copy()
     aged = q[AGEING] * fit.jacobian[:, AGEING] if fit.jacobian.shape[1] > AGEING else 0.0
     q[AGEING] = 0.0  # a limit holds for whatever held the plate, contacts that grew at rest among it
-    level = steady_level(evidence.velocity, q) * evidence.over_time[assessment.windows.centre]
+    level = steady_level(evidence.velocity, q) * evidence.over_time[evidence.windows.centre]
     level = level + way * (fit.residual + aged)
     left = []
     for episode in episodes:

@@ -20,8 +20,6 @@ from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import AGEING
 from etb_hil.diagnosis.prior import PARAMETERS, USUAL, Prior
 from etb_hil.diagnosis.stribeck_fit import Linearised, StribeckFit, linearised
-from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64
@@ -29,13 +27,13 @@ from etb_hil.recording.samples import Float64
 _NO_AGE = 1e-9  # share of T_st: what contacts that do not age are differentiated at
 
 
-def by_all_parameters(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Linearised:
+def by_all_parameters(evidence: Evidence, fit: StribeckFit) -> Linearised:
     """Return residuals and Jacobian by all parameters (20), at those of a fit."""
     q = fit.parameters
     if q[AGEING] == 0.0:
         q = q.copy()
         q[AGEING] = _NO_AGE * fit.stiction[0]
-    return linearised(ticks, windows, evidence, q, PARAMETERS)
+    return linearised(evidence, q, PARAMETERS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,22 +88,20 @@ def _quiet(ticks: Ticks, reach: int) -> Ticks:
     return ticks if reach == 0 else replace(ticks, angle=_means(ticks.time, ticks.angle, reach))
 
 
-def unsure_by_noise(
-    quiet: Quieted, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
-) -> StribeckFit:
+def unsure_by_noise(quiet: Quieted, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
     """Return a fit with the uncertainty that noise of the angle adds.
 
     The uncertainty is of first order. Noise of either sign leaves its mean: what goes with the noise itself is in the
     scatter of the run. The rounding of an encoder stands still with the plate: it turns no bristles at rest, and as
     much noise would. Where the angle needs no means, noise counts for other laws than the paper's.
     """
-    if quiet.reach == 0 and (windows.shape is NARROW or prior.count == USUAL):
+    if quiet.reach == 0 and (evidence.windows.shape is NARROW or prior.count == USUAL):
         return fit
     moved = -fit.residual
     for way in (quiet.deviation, -quiet.deviation):
         noisier = quiet.noisier(way)
-        moved = moved + 0.5 * linearised(noisier, windows, evidence, fit.parameters, prior.count).residual
-    return fit.with_error(shifted(quiet.ticks, windows, evidence, prior, fit, moved))
+        moved = moved + 0.5 * linearised(replace(evidence, ticks=noisier), fit.parameters, prior.count).residual
+    return fit.with_error(shifted(evidence, prior, fit, moved))
 
 
 def noise_of(ticks: Ticks, windows: Windows) -> float:

@@ -54,7 +54,8 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
     at a speed: its gain and an uneven way. How it parts into T_c and viscosity, which other laws of friction leave
     open, is the numbers' alone.
     """
-    ticks, evidence, fit = assessment.ticks, assessment.evidence, assessment.fit
+    evidence, fit = assessment.evidence, assessment.fit
+    ticks = evidence.ticks
     columns = {
         "time": ticks.time,
         "angle": ticks.angle,
@@ -75,7 +76,7 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
         "point_velocity": evidence.velocity,
         "point_friction": fit.friction,
         "point_angle": evidence.position,
-        "point_temperature": ticks.temperature[assessment.windows.centre],
+        "point_temperature": ticks.temperature[evidence.windows.centre],
         "point_excess": excess_of(evidence, fit),
         "curve_velocity": _both_ways(speeds, speeds),
         "curve_friction": _both_ways(value, value),

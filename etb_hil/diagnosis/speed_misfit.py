@@ -52,7 +52,7 @@ def speed_misfit(assessment: Assessment) -> SpeedMisfit | None:
         return None
     law, evidence = assessment.laws[0], assessment.evidence
     fit, count = law.fit, law.prior.count
-    weight = weights_of(assessment.ticks, assessment.windows, evidence, fit.parameters, fit.residual).of_sliding
+    weight = weights_of(evidence, fit.parameters, fit.residual).of_sliding
     speed, way = np.abs(evidence.velocity), np.sign(evidence.velocity)
     octave = np.searchsorted(SPEEDS, speed)
     levels = np.unique(octave[weight > 0.0])

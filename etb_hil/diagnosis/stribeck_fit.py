@@ -28,9 +28,8 @@ from etb_hil.diagnosis.friction_model import (
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, USUAL, Prior
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
-from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.window_weights import kinds_of, mean_square, weights_by_kind, weights_of
-from etb_hil.diagnosis.windows import Windows, window_means
+from etb_hil.diagnosis.windows import window_means
 from etb_hil.observer.normal_equations import accumulate, inverse, product, times
 from etb_hil.plant.exactmath import log
 from etb_hil.recording.samples import Float64, Int64
@@ -107,22 +106,22 @@ def _gradient(weights: Mapping[int, float]) -> Float64:
     return gradient
 
 
-def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
+def fit_stribeck(evidence: Evidence, prior: Prior) -> StribeckFit | None:
     """Fit by Levenberg's and Marquardt's method from several starts.
 
     Where friction does not fall with speed from there, it may do so below the speeds of the run: that is a start, too.
     None where none of them comes to an end.
     """
-    one_kind = np.zeros(len(windows), np.int64)
+    one_kind = np.zeros(len(evidence), np.int64)
 
     def better(best: tuple[float, Linearised] | None, factor: float) -> tuple[float, Linearised] | None:
         known = None if best is None else best[1].parameters
-        start = linearised(ticks, windows, evidence, start_of(evidence, prior, factor), prior.count)
-        found = _descend(ticks, windows, evidence, prior, start, known, one_kind, LITTLE)
+        start = linearised(evidence, start_of(evidence, prior, factor), prior.count)
+        found = _descend(evidence, prior, start, known, one_kind, LITTLE)
         return found if found is not None and (best is None or found[0] < best[0]) else best
 
     def concluded(best: Linearised) -> StribeckFit | None:
-        return _refit(ticks, windows, evidence, prior, best, kinds_of(ticks, windows, best.parameters), 0.0)
+        return _refit(evidence, prior, best, kinds_of(evidence, best.parameters), 0.0)
 
     best = None
     for factor in _STARTS:
@@ -138,13 +137,7 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
 
 
 def refit(
-    ticks: Ticks,
-    windows: Windows,
-    evidence: Evidence,
-    prior: Prior,
-    start: Float64,
-    kinds_at: Float64 | None = None,
-    little: float = 0.0,
+    evidence: Evidence, prior: Prior, start: Float64, kinds_at: Float64 | None = None, little: float = 0.0
 ) -> StribeckFit | None:
     """Fit from parameters (20) that are near already, windows weighed by kind.
 
@@ -152,15 +145,13 @@ def refit(
     descent that lowers -2 log posterior density by no more than `little` has converged.
     """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
-    kind = kinds_of(ticks, windows, start if kinds_at is None else kinds_at)
-    near = linearised(ticks, windows, evidence, start, prior.count)
-    return _refit(ticks, windows, evidence, prior, near, kind, little)
+    kind = kinds_of(evidence, start if kinds_at is None else kinds_at)
+    near = linearised(evidence, start, prior.count)
+    return _refit(evidence, prior, near, kind, little)
 
 
-def _refit(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Linearised, kind: Int64, little: float
-) -> StribeckFit | None:
-    weighed = _descend(ticks, windows, evidence, prior, start, None, kind, little)
+def _refit(evidence: Evidence, prior: Prior, start: Linearised, kind: Int64, little: float) -> StribeckFit | None:
+    weighed = _descend(evidence, prior, start, None, kind, little)
     return None if weighed is None else _conclude(evidence, prior, weighed[1], kind)
 
 
@@ -195,7 +186,7 @@ class Linearised:
     jacobian: Float64
 
 
-def linearised(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> Linearised:
+def linearised(evidence: Evidence, q: Float64, count: int) -> Linearised:
     """Return residuals and Jacobian at parameters (20), by the first `count` of them.
 
     The residuals are the measured torque less that which the parameters call for. The measured current is what carries
@@ -203,6 +194,7 @@ def linearised(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, c
     and pass for a better fit.
     """
     law = LAW_PARAMETERS if count > USUAL else 0
+    ticks, windows = evidence.ticks, evidence.windows
     along = np.empty((1 + FRICTION_PARAMETERS + law, len(ticks)))
     friction_along(ticks.angle, ticks.samples, evidence.over_time, q, along)
     friction = window_means(along[0], windows.shape.mean, windows)
@@ -234,14 +226,7 @@ def _cost(residual: Float64, weight: Float64, q: Float64, prior_mean: Float64, p
 
 
 def _descend(
-    ticks: Ticks,
-    windows: Windows,
-    evidence: Evidence,
-    prior: Prior,
-    start: Linearised,
-    known: Float64 | None,
-    kind: Int64,
-    little: float,
+    evidence: Evidence, prior: Prior, start: Linearised, known: Float64 | None, kind: Int64, little: float
 ) -> tuple[float, Linearised] | None:
     """Return the residual mean square where a descent ends, and what is known there.
 
@@ -261,7 +246,7 @@ def _descend(
             step = _padded(times(covariance, gradient))
             if not np.all(np.isfinite(step)):
                 return None
-            tried = linearised(ticks, windows, evidence, q + step, count)
+            tried = linearised(evidence, q + step, count)
             gained = cost - _cost(tried.residual, weight, tried.parameters, prior.mean, prior.precision)
             if gained > 0.0:
                 here = tried
@@ -319,26 +304,22 @@ def friction_of(evidence: Evidence, q: Float64) -> Float64:
     return friction
 
 
-def widened_by(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, local: Float64
-) -> StribeckFit:
+def widened_by(evidence: Evidence, prior: Prior, fit: StribeckFit, local: Float64) -> StribeckFit:
     """Return the fit with the uncertainty that friction off the curve adds.
 
     The uncertainty is taken to first order, for friction that is `local` (n) times the curve. What is not known of the
     friction of a place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
-    moved = linearised(ticks, windows, replace(evidence, over_time=local), fit.parameters, USUAL).residual
-    return fit.with_error(shifted(ticks, windows, evidence, prior, fit, moved - fit.residual))
+    moved = linearised(replace(evidence, over_time=local), fit.parameters, USUAL).residual
+    return fit.with_error(shifted(evidence, prior, fit, moved - fit.residual))
 
 
-def shifted(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, moved: Float64
-) -> Float64:
+def shifted(evidence: Evidence, prior: Prior, fit: StribeckFit, moved: Float64) -> Float64:
     """Return by how much the parameters (p) move with the residuals.
 
     `moved` (m): by how many N·m those move. The result is of first order.
     """
-    weight = weights_of(ticks, windows, evidence, fit.parameters, fit.residual).of_all
+    weight = weights_of(evidence, fit.parameters, fit.residual).of_all
     matrix, _ = prior.beside(fit.jacobian, fit.residual, weight, fit.parameters)
     found: Float64 = times(inverse(matrix), accumulate(fit.jacobian, moved, weight)[1])
     return found

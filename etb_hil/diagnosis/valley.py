@@ -22,9 +22,7 @@ from etb_hil.diagnosis.half_width import share_below
 from etb_hil.diagnosis.law_score import Score, misfit_of, score_of
 from etb_hil.diagnosis.prior import CERTAIN, PARAMETERS, Prior
 from etb_hil.diagnosis.stribeck_fit import LITTLE, StribeckFit, refit
-from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.window_weights import weights_of
-from etb_hil.diagnosis.windows import Windows
 from etb_hil.recording.samples import Float64
 
 _STEP = 1.0  # standard errors of log omega_s, at each value, to the next
@@ -41,21 +39,19 @@ class Point:
     share: float
 
 
-def along_valley(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, kinds_at: Float64
-) -> list[Point]:
+def along_valley(evidence: Evidence, prior: Prior, fit: StribeckFit, kinds_at: Float64) -> list[Point]:
     """Return the points of a fit's valley, with shares that sum up to 1.
 
     The kinds of windows are those at the parameters `kinds_at`. As elsewhere the likelihood counts for as much as its
     scatter from segment to segment lets it.
     """
-    weight = weights_of(ticks, windows, evidence, kinds_at, fit.residual).of_all
+    weight = weights_of(evidence, kinds_at, fit.residual).of_all
     others = [index for index in range(prior.count) if index != LOG_SPEED]
 
     def held_at(start: Float64) -> _Held | None:
         held = replace(prior, mean=prior.mean.copy(), precision=prior.precision.copy())
         held.mean[LOG_SPEED], held.precision[LOG_SPEED] = start[LOG_SPEED], CERTAIN
-        found = refit(ticks, windows, evidence, held, start, kinds_at, LITTLE)
+        found = refit(evidence, held, start, kinds_at, LITTLE)
         if found is None:
             return None
         score, along = score_of(evidence, prior, found, others, LOG_SPEED, weight), np.zeros(PARAMETERS)

@@ -12,8 +12,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.evidence import Evidence
 from etb_hil.diagnosis.friction_model import unsettled
-from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import Windows, window_means
+from etb_hil.diagnosis.windows import window_means
 from etb_hil.recording.samples import Float64, Int64
 
 _LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
@@ -34,29 +33,27 @@ class WindowWeights:
     of_sliding: Float64
 
 
-def weights_of(
-    ticks: Ticks, windows: Windows, evidence: Evidence, parameters: Float64, residual: Float64
-) -> WindowWeights:
+def weights_of(evidence: Evidence, parameters: Float64, residual: Float64) -> WindowWeights:
     """Return the weights of windows.
 
     They follow from the parameters (20) and the residual (m) of a fit.
     """
-    bent = _bent(ticks, windows, parameters)
+    bent = _bent(evidence, parameters)
     of_all = weights_by_kind(residual, _kinds(bent), evidence)
     return WindowWeights(of_all, np.where((bent <= _KINDS[0]) & evidence.slides, of_all, 0.0))
 
 
-def kinds_of(ticks: Ticks, windows: Windows, parameters: Float64) -> Int64:
+def kinds_of(evidence: Evidence, parameters: Float64) -> Int64:
     """Return the kind (m) of every window, by how far its bristles are bent.
 
     Kinds count from 1 on, more bent ones later. The kind is 0 where too few windows are of one kind.
     """
-    return _kinds(_bent(ticks, windows, parameters))
+    return _kinds(_bent(evidence, parameters))
 
 
-def _bent(ticks: Ticks, windows: Windows, parameters: Float64) -> Float64:
+def _bent(evidence: Evidence, parameters: Float64) -> Float64:
     """Return the share (m) of sigma_0 by which bristles answer an error of the angle."""
-    return window_means(unsettled(ticks.angle, parameters), windows.shape.mean, windows)
+    return window_means(unsettled(evidence.ticks.angle, parameters), evidence.windows.shape.mean, evidence.windows)
 
 
 def _kinds(bent: Float64) -> Int64:

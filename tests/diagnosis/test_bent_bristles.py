@@ -37,10 +37,9 @@ def test_a_fit_to_windows_that_slide_is_about_a_standard_error_away_at_most(law)
     for stiffness in (60.0, 120.0, 200.0):
         found = assessed(Unit(law=law, bristle_stiffness=stiffness), 20000)
         one = found.laws[0]
-        parts = found.ticks, found.windows
-        weight = weights_of(*parts, found.evidence, one.fit.parameters, one.fit.residual).of_sliding
+        weight = weights_of(found.evidence, one.fit.parameters, one.fit.residual).of_sliding
         sliding = replace(found.evidence, counts=weight > 0.0)
-        alone = refit(*parts, sliding, one.prior, one.fit.parameters)
+        alone = refit(sliding, one.prior, one.fit.parameters)
         for number in (COULOMB, VISCOUS, LOG_SPEED):
             apart = abs(float(alone.parameters[number] - one.fit.parameters[number]))
             assert apart < 1.1 * one.fit.error({number: 1.0})
@@ -48,8 +47,8 @@ def test_a_fit_to_windows_that_slide_is_about_a_standard_error_away_at_most(law)
 
 def test_without_windows_that_slide_nothing_is_added():
     found = assessed(Unit(), 1000)
-    one, none_slides = found.laws[0], replace(found.evidence, slides=np.zeros(len(found.windows), np.bool_))
-    again = unsure_by_bristles(found.ticks, found.windows, none_slides, one.prior, one.fit)
+    one, none_slides = found.laws[0], replace(found.evidence, slides=np.zeros(len(found.evidence), np.bool_))
+    again = unsure_by_bristles(none_slides, one.prior, one.fit)
     for number in (COULOMB, DROP, VISCOUS, LOG_SPEED):
         assert again.error({number: 1.0}) == pytest.approx(one.fit.error({number: 1.0}), rel=0.01)
 
@@ -58,7 +57,7 @@ def test_another_lag_of_sliding_makes_omega_s_unsure_and_no_other_number():
     """Where the speed changes, friction of another law follows sooner: that looks like another Stribeck velocity."""
     found = assessed(Unit(), 20000)
     one = found.laws[0]
-    again = unsure_by_lag(found.ticks, found.windows, found.evidence, one.prior, one.fit)
+    again = unsure_by_lag(found.evidence, one.prior, one.fit)
     assert again.error({LOG_SPEED: 1.0}) > 1.05 * one.fit.error({LOG_SPEED: 1.0})
     for weights in ({COULOMB: 1.0, DROP: 1.0}, {COULOMB: 1.0}):
         assert again.error(weights) == pytest.approx(one.fit.error(weights), rel=0.03)

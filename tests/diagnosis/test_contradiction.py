@@ -81,7 +81,7 @@ def assessed(balance=BALANCE, opening=30, closing=30, *, has_fit=True):
     windows = Windows(np.full(len(velocity), 100))
     evidence = gather_evidence(ticks, windows, velocity, UNIT, np.zeros(len(velocity), np.int64))
     laws = [Law(fitted(), prior_of(MODEL, UNIT, 0.01, balance), 1.0)] if has_fit else []
-    return Assessment(ticks, windows, evidence, laws, balance, None, ())
+    return Assessment(evidence, laws, balance, None, ())
 
 
 def withheld(balance=BALANCE, local=None, hot=None, **windows):

@@ -65,13 +65,13 @@ def test_the_points_of_a_valley_follow_omega_s_and_share_its_probability(fitted)
 
 
 def test_the_interval_holds_wherever_along_the_valley_the_descent_ended(fitted):
-    ticks, windows, evidence, prior, fit, kinds_at = fitted["valley"]
-    points = along_valley(ticks, windows, evidence, prior, fit, kinds_at)
+    evidence, prior, fit, kinds_at = fitted["valley"]
+    points = along_valley(evidence, prior, fit, kinds_at)
     at_optimum = coulomb_of(points)
     assert at_optimum.low < UNIT.coulomb < at_optimum.high
     middle = int(np.argmax([point.share for point in points]))
     for aside in (points[middle - 1], points[middle + 1]):
-        found = coulomb_of(along_valley(ticks, windows, evidence, prior, aside.fit, kinds_at))
+        found = coulomb_of(along_valley(evidence, prior, aside.fit, kinds_at))
         width = at_optimum.high - at_optimum.low
         assert found.low == pytest.approx(at_optimum.low, abs=0.15 * width)
         assert found.high == pytest.approx(at_optimum.high, abs=0.15 * width)

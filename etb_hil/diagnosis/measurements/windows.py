@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def _windows(run: Findings) -> Estimate:
     """Return how many windows of steady motion the fit rests on."""
-    return Estimate(float(len(run.assessment.windows)))
+    return Estimate(float(len(run.assessment.evidence)))
 
 
 MEASUREMENT = MeasurementKind(
