@@ -87,6 +87,7 @@ def _bumps(evidence: Evidence, fit: StribeckFit) -> list[Bump]:
         "point_velocity": evidence.velocity[slow],
         "point_excess": excess_of(evidence, fit)[slow],
         "point_temperature": np.full(int(np.count_nonzero(slow)), np.nan),  # one run is one temperature
+        "point_overlap": np.full(int(np.count_nonzero(slow)), evidence.overlap),
     }
     return find_bumps(friction_map([columns]))
 

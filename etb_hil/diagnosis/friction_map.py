@@ -20,7 +20,6 @@ CELL = 0.035  # rad, 2 deg: what a window of 17 ms resolves at up to 2 rad/s
 TEMPERATURE_CELL = 10.0  # K
 FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 
-_OVERLAP = NARROW.overlap
 _FEWEST = 4  # windows a cell and direction
 _LEAST_EXCESS = 0.1  # share of the friction that counts as a bump
 _LOW = 2  # cells on either side of a bump: in the last one of a way friction turns round
@@ -57,7 +56,7 @@ class Bump:
 def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
     """Return the friction map of one unit, from the `series` of its results.
 
-    They may have been taken at any temperatures.
+    They may have been taken at any temperatures. Windows are narrow where a run has no `point_overlap`.
 
     Raises ValueError where no run has slow points behind a fit. Friction is odd in the direction of motion: the mean
     over both directions takes out what the springs' model has wrong at a place. Without a temperature, it counts as
@@ -70,6 +69,9 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
         np.concatenate([run[name] for run in fitted])
         for name in ("point_angle", "point_velocity", "point_excess", "point_temperature")
     )
+    overlap = np.concatenate(
+        [run.get("point_overlap", np.full(len(run["point_angle"]), NARROW.overlap)) for run in fitted]
+    )
     temperature = np.where(np.isnan(temperature), REFERENCE_TEMPERATURE, temperature)
     slow = np.abs(velocity) < FASTEST
     if not np.any(slow):
@@ -78,7 +80,7 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
     row = np.floor(temperature[slow] / TEMPERATURE_CELL).astype(np.int64)
     columns, rows = np.arange(column.min(), column.max() + 1), np.arange(row.min(), row.max() + 1)
     factor, error = np.empty((len(rows), len(columns))), np.empty((len(rows), len(columns)))
-    _fill(row - rows[0], column - columns[0], velocity[slow], excess[slow], factor, error)
+    _fill(row - rows[0], column - columns[0], velocity[slow], excess[slow], overlap[slow], factor, error)
     return FrictionMap((columns + 0.5) * CELL, (rows + 0.5) * TEMPERATURE_CELL, factor, error)
 
 
@@ -111,12 +113,15 @@ def _falls(side: Float64, top: float) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _fill(row: Int64, column: Int64, velocity: Float64, excess: Float64, factor: Float64, error: Float64) -> None:
-    count = np.zeros((2, *factor.shape))
+def _fill(
+    row: Int64, column: Int64, velocity: Float64, excess: Float64, overlap: Float64, factor: Float64, error: Float64
+) -> None:
+    count, overlaps = np.zeros((2, *factor.shape)), np.zeros((2, *factor.shape))
     total, square = np.zeros((2, *factor.shape)), np.zeros((2, *factor.shape))
     for k in range(len(row)):
         way = 0 if velocity[k] > 0.0 else 1
         count[way, row[k], column[k]] += 1.0
+        overlaps[way, row[k], column[k]] += overlap[k]
         total[way, row[k], column[k]] += excess[k]
         square[way, row[k], column[k]] += excess[k] * excess[k]
     for r in range(factor.shape[0]):
@@ -129,5 +134,6 @@ def _fill(row: Int64, column: Int64, velocity: Float64, excess: Float64, factor:
                 n = count[way, r, c]
                 middle = total[way, r, c] / n
                 mean += 0.5 * middle
-                variance += 0.25 * _OVERLAP * max(square[way, r, c] / n - middle * middle, 0.0) / n
+                overlapping = overlaps[way, r, c] / n
+                variance += 0.25 * overlapping * max(square[way, r, c] / n - middle * middle, 0.0) / n
             factor[r, c], error[r, c] = 1.0 + mean, math.sqrt(variance)

@@ -33,11 +33,11 @@ class DiagnosisResult:
 
     `series` holds groups of columns of one length each. Every millisecond: `time` s since `start_ns`, `angle`,
     `velocity`, `current`, `friction`, `temperature`. Points behind the fit: `point_velocity`, `point_friction`,
-    `point_angle`, `point_temperature`, `point_excess` (share above the fit). The fitted curve: `curve_velocity`,
-    `curve_friction`, `curve_low`, `curve_high`. Friction over angle, sliding slowly: `opening_angle`,
-    `opening_friction`, `closing_angle`, `closing_friction`. Break-aways: `break_away_rate` N·m/s, `break_away_torque`
-    (negative ones closing), `break_away_rest` s, `break_away_angle`; their means at several rates: `ramp_rate`,
-    `ramp_torque`, `ramp_low`, `ramp_high`.
+    `point_angle`, `point_temperature`, `point_excess` (share above the fit), `point_overlap` (of their windows). The
+    fitted curve: `curve_velocity`, `curve_friction`, `curve_low`, `curve_high`. Friction over angle, sliding slowly:
+    `opening_angle`, `opening_friction`, `closing_angle`, `closing_friction`. Break-aways: `break_away_rate` N·m/s,
+    `break_away_torque` (negative ones closing), `break_away_rest` s, `break_away_angle`; their means at several rates:
+    `ramp_rate`, `ramp_torque`, `ramp_low`, `ramp_high`.
     """
 
     verdict: UnitVerdict

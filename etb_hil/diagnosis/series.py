@@ -78,6 +78,7 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
         "point_angle": evidence.position,
         "point_temperature": ticks.temperature[evidence.windows.centre],
         "point_excess": excess_of(evidence, fit),
+        "point_overlap": np.full(len(evidence), evidence.overlap),
         "curve_velocity": _both_ways(speeds, speeds),
         "curve_friction": _both_ways(value, value),
         "curve_low": _both_ways(high, low),

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from independent_throttle import Unit, friction_check, off_by_tolerances, sense
+from interval_coverage import check
 from throttle_as_model import bench_model, rows_of
 
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.friction_map import find_bumps, friction_map
 from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.windows import NARROW, WIDE
 
 LIMITS = load_limits(find("limits", "default"))
 
@@ -90,6 +92,28 @@ def test_temperatures_are_rows_of_their_own():
     assert over.factor[0, here] > 1.15
     assert over.factor[-1, here] == pytest.approx(1.0, abs=0.04)
     assert np.all(np.isnan(over.factor[1:-1]))
+
+
+def test_wide_windows_overlap_more_so_that_their_mean_is_less_sure():
+    rng = np.random.default_rng(4)
+    run = {
+        "point_angle": np.full(400, 0.5),
+        "point_velocity": np.where(np.arange(400) % 2, 1.0, -1.0),
+        "point_excess": 0.1 * rng.standard_normal(400),
+        "point_temperature": np.full(400, 20.0),
+    }
+    narrow, wide = ({**run, "point_overlap": np.full(400, shape.overlap)} for shape in (NARROW, WIDE))
+    errors = [friction_map(runs).error.item() for runs in ([run], [narrow], [wide], [narrow, wide])]
+    assert errors[0] == errors[1] == pytest.approx(0.1 * np.sqrt(NARROW.overlap / 400.0), rel=0.1)
+    assert errors[2] == pytest.approx(np.sqrt(WIDE.overlap / NARROW.overlap) * errors[1])
+    assert errors[3] == pytest.approx(np.hypot(errors[1], errors[2]) / 2.0)
+
+
+def test_the_points_of_a_run_say_how_much_their_windows_overlap():
+    _, (by_a_track,) = check(np.random.default_rng([7, 0]), (1000,), track=True)
+    for series, shape in ((series_of(Unit(), 0), NARROW), (by_a_track.series, WIDE)):
+        assert np.all(series["point_overlap"] == shape.overlap)
+        assert len(series["point_overlap"]) == len(series["point_angle"])
 
 
 def test_runs_without_a_fit_are_refused():
