@@ -14,7 +14,7 @@ import numpy as np
 from etb_hil.diagnosis.bent_bristles import unsure_by_bristles, unsure_by_lag
 from etb_hil.diagnosis.break_away import BreakAway, break_aways
 from etb_hil.diagnosis.bump_fit import unsure_by_place
-from etb_hil.diagnosis.current_zero import Zero
+from etb_hil.diagnosis.current_zero import ANGLE_ERROR, Zero
 from etb_hil.diagnosis.drift import Drift, drift_of, unsure_by_time, without_drift
 from etb_hil.diagnosis.evidence import Evidence, gather_evidence
 from etb_hil.diagnosis.friction_laws import Law
@@ -31,7 +31,6 @@ from etb_hil.recording.samples import Float64, Int64
 
 JUDGED = 1  # code of ticks in phases whose motion is judged
 
-_ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
 _SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
 _FEWEST = 20  # independent windows, for up to 20 parameters (`prior.py`)
 _CLUSTER = 100  # ticks that share their noise: six narrow windows long (benchmarks/interval_coverage.py)
@@ -149,9 +148,9 @@ def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:
 
     The tolerances of these angles are included.
     """
-    jump = throttle.dead_zone + model.tolerance("dead_zone") + model.tolerance("limp_home") + _ANGLE_ERROR
-    low = throttle.stop_low + model.tolerance("stop_low") + _ANGLE_ERROR
-    high = throttle.stop_high - model.tolerance("stop_high") - _ANGLE_ERROR
+    jump = throttle.dead_zone + model.tolerance("dead_zone") + model.tolerance("limp_home") + ANGLE_ERROR
+    low = throttle.stop_low + model.tolerance("stop_low") + ANGLE_ERROR
+    high = throttle.stop_high - model.tolerance("stop_high") - ANGLE_ERROR
     clear = (np.abs(ticks.angle - throttle.limp_home) > jump) & (ticks.angle > low) & (ticks.angle < high)
     return ((ticks.kind == JUDGED) & clear).astype(np.int64)
 

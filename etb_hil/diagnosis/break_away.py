@@ -15,6 +15,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval
+from etb_hil.diagnosis.limit_laws import DECADE
 from etb_hil.diagnosis.motion.repeats import error_of_means
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.exactmath import log
@@ -40,7 +41,6 @@ _LEAST_RISE = 0.2  # share of the climb to it that lies below, where friction st
 _APART = 1.4  # ramps whose rates differ by less are of one kind
 _FEWEST = 2  # a direction
 _SPREAD = 3.0  # the longest rest over the shortest from which a law can be read
-_DECADE = 2.302585092994046
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +184,7 @@ def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -
         same = [(one, value) for one, value in zip(found, of, strict=True) if one.direction == way]
         if not same:
             return None
-        decades = [float(log(value)) / _DECADE for _, value in same]
+        decades = [float(log(value)) / DECADE for _, value in same]
         middle, mean = sum(decades) / len(same), sum(one.torque for one, _ in same) / len(same)
         xs += [x - middle for x in decades]
         ys += [one.torque - mean for one, _ in same]

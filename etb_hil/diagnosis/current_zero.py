@@ -13,6 +13,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64, Int64
 
+ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
 _SKIPPED_NS = 50_000_000  # the current of the phase before has died away
 _FEWEST = 50  # samples, whose mean has a seventh of the noise
 

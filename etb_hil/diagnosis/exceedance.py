@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.diagnosis.current_zero import ANGLE_ERROR
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import (
     DEAD_ZONE,
@@ -29,7 +30,6 @@ from etb_hil.recording.samples import Float64, Int64
 # False and missed episodes: benchmarks/exceedance_rates.py.
 _RELEASE = 0.9  # an episode ends below this share of the limit
 _SHORTEST_NS = 3_000_000  # shorter than the observer resolves
-_ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate, as in `assessment.py`
 _SURE = 2.0  # standard deviations of the friction that count as its error
 _DELAYS = 4.0  # the observer's delays after which 2 % of a jump of the spring's torque are left, e^-4
 
@@ -75,7 +75,7 @@ class ExceedanceDetector:
     def __init__(self, model: Model, throttle: ThrottleParameters, stiction: float, coulomb: float) -> None:
         spring = max(model.tolerance("preload_open"), model.tolerance("preload_close"))
         spring += max(model.tolerance("slope_open"), model.tolerance("slope_close")) * throttle.stop_high
-        angle = model.tolerance("limp_home") + model.tolerance("dead_zone") + _ANGLE_ERROR
+        angle = model.tolerance("limp_home") + model.tolerance("dead_zone") + ANGLE_ERROR
         self._p = throttle.vector()
         self._settings = np.array(
             [

@@ -16,10 +16,11 @@ import numpy as np
 
 from etb_hil.diagnosis.break_away import READING, BreakAway
 from etb_hil.diagnosis.evidence import Evidence
+from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import AGEING, grown_at_rest
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval
-from etb_hil.diagnosis.local_friction import CELL, FASTEST, SURE, local_means
+from etb_hil.diagnosis.local_friction import CELL, SURE, local_means
 from etb_hil.diagnosis.prior import ANY_AGEING, CONSTANT
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import StribeckFit

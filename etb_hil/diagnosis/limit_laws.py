@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from etb_hil.base.quantity import Duration, Ratio, Temperature, TemperatureCoefficient
 from etb_hil.base.yamlfile import FileModel
 
-_DECADE = 2.302585092994046
+DECADE = 2.302585092994046  # ln(10)
 
 
 class TemperatureLaw(FileModel):
@@ -64,4 +64,4 @@ class DwellLaw(FileModel):
         from etb_hil.plant.exactmath import log  # noqa: PLC0415 (loads numba, which most files need not)
 
         inside = min(max(rest, self.between[0]), self.between[1])
-        return 1.0 + self.per_decade * float(log(inside / self.reference)) / _DECADE
+        return 1.0 + self.per_decade * float(log(inside / self.reference)) / DECADE

@@ -12,6 +12,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.evidence import Evidence
+from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.recording.samples import Float64, Int64
@@ -20,7 +21,6 @@ CELL = 0.0175  # rad, 1 deg
 SURE = 3.0  # standard errors by which friction at a place is higher; false fails by it: benchmarks/random_units.py
 OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
-FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 _FEWEST = 5  # windows a cell and direction: 16 ms and more each way
 
 
