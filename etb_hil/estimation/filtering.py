@@ -81,6 +81,7 @@ class Filtered:
     ahead: Float64
     noises: Float64
     levels: Float64
+    apart: Float64
 
     @property
     def needed(self) -> tuple[float, float]:
@@ -160,6 +161,7 @@ def _run(
     read = forces.lateness(p)
     readings, later, lasts, keeps = read_without_lag(record, p, read)
     _make_noisier(settings, keeps, float(lasts.mean()))
+    apart = _apart(record.since, readings)
     voltage, noisier = driving(record, read[0])
     settings[kalman.NOISE_VOLTAGE] *= noisier
     states, whitened, roots = np.empty((n, SIZE)), np.empty((n, 3)), np.empty((n, 3))
@@ -170,7 +172,7 @@ def _run(
     totals = np.zeros(kalman.TOTALS)
     kalman.run(
         record.since, record.heat, record.dt, voltage, record.unsure, record.temperature,
-        record.added(forces.LEVEL, p), readings, _apart(record.since, readings), later, lasts, p,
+        record.added(forces.LEVEL, p), readings, apart, later, lasts, p,
         active[forces.ADDS[active]], settings, is_kept, states, whitened, roots, slopes, gains, moves, responses,
         covariances, ahead, noises, levels, totals,
     )  # fmt: skip
@@ -180,7 +182,7 @@ def _run(
         p, active, disturbance, likelihood, int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), read, states, whitened, roots, float(settings[kalman.RESTS]),
         math.sqrt(record.settings[kalman.NOISE_VOLTAGE]), float(settings[kalman.NOISE_VOLTAGE]),
-        slopes, gains, moves, responses, ahead, noises, levels,
+        slopes, gains, moves, responses, ahead, noises, levels, apart,
     )  # fmt: skip
     return found, covariances
 
@@ -296,9 +298,8 @@ def sensitivities(
     until = np.array(ends, np.int64)
     matrix, gradient = np.zeros((count, count)), np.zeros(count)
     rows = np.zeros((len(record) if is_kept else 0, 3, count))
-    apart = _apart(record.since, record.readings)
     normal_matrix(
-        record.since, record.heat, record.dt, voltage, record.temperature, apart, at.parameters,
+        record.since, record.heat, record.dt, voltage, record.temperature, at.apart, at.parameters,
         at.states, at.ahead, at.whitened, at.roots, at.slopes, at.read, at.gains, at.moves, at.responses,
         at.levels, places.copy(), tied.copy(), effects, away,
         np.array([one.step if one.place >= 0 else 1.0 for one in moving], float), kinds, shapes,

@@ -49,7 +49,8 @@ class Record:
     motor's and plate's angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two
     disturbances and the multiples of the noise are set for each run. `terms`: what may be added
     in proportion to sizes, which stand behind the parameters of all effects. Records that are joined have none.
-    `is_read`: a reading of force or current stands for the voltage, and may be late.
+    `is_read`: a reading of force or current stands for the voltage, and may be late. `sampled`: s between samples as
+    the bench took them; 0 where that is `dt`.
     """
 
     since: Float64
@@ -63,6 +64,7 @@ class Record:
     settings: Float64
     terms: tuple[Term, ...] = field(default=(), repr=False)
     is_read: bool = False
+    sampled: float = 0.0
 
     def __len__(self) -> int:
         return len(self.dt)
@@ -124,7 +126,7 @@ class Record:
         Between two of them the time that passed is known, and the heat of it.
         """
         found = [self.part(rows) for rows in parts]
-        time, squared = self.time, np.nan_to_num(self.readings[:, 0]) ** 2
+        time, squared = self.elapsed, np.nan_to_num(self.readings[:, 0]) ** 2
         for part, now, last in zip(found[1:], parts[1:], parts, strict=False):
             if not np.isinf(self.since[last.stop : now.start + 1]).any():
                 part.since[0] = time[now.start] - time[last.stop - 1]

@@ -91,12 +91,13 @@ class Hypothesis:
         return found
 
     def is_in_tolerance(self, unknowns: Iterable[Unknown]) -> bool:
-        """Tell whether it is nothing but base parameters inside their tolerances.
+        """Tell whether the hypothesis consists of base parameters within tolerance.
 
-        Then it is no cause: the model as calibrated was not at its best. `unknowns` are those of that model.
+        Then it is no cause: the model as calibrated was not at its best. `unknowns` are those of that model. Within the
+        standard deviation of a tolerance's wall a parameter is not beyond it.
         """
         own = [one for one in unknowns if PARAMETER + one.name in self.ids]
-        return bool(own) and all(abs(self.fit.parameters[one.place] - one.mean) <= one.reach for one in own)
+        return bool(own) and bool(np.all(over(self.fit.parameters, own) <= 1.0))
 
     def excludes(self, other: Hypothesis) -> bool:
         """Tell whether another one is less likely for more than its shape.

@@ -33,10 +33,10 @@ ZERO = 0.01
 # How far a plate may press a stop in, in rad: where fits of a stop that the motion ends at begin.
 GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)
 MOST_CAUSES = 3  # of one answer
-# These bound the processor time: samples of a record that are searched, half of them in so many parts along it
-# (`telling`); hypotheses of the linear pass whose fit is begun, by so many steps; the share of the likeliest one's gain
-# that a hypothesis has to have in the linear pass and after those steps, or it is excluded; and how many of the linear
-# pass are fitted in any case, and may be a cause with which little misfit remains.
+# These bound the processor time: samples of a record that are searched, half of them or all in so many parts along it;
+# hypotheses of the linear pass whose fit is begun, by so many steps; the share of the likeliest one's gain that a
+# hypothesis has to have in the linear pass and after those steps, or it is excluded; and how many of the linear pass
+# are fitted in any case, and may be a cause with which little misfit remains.
 SEARCHED, PARTS = 12_000, 12
 FITTED, BEGUN, HOPELESS, LIKELIEST = 8, 5, 0.1, 2
 LEAST_STEP = 1.0 / 64.0  # share of a linear step that a fit begins with, at least

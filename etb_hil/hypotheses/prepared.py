@@ -61,7 +61,7 @@ def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
     encoder's zero is known to half of its step, and the positions of stops and limp-home are counted from it.
     """
     if unknown.place == INDUCTANCE:
-        off = OFFSET * float(np.median(record.dt)) * model.values.resistance
+        off = OFFSET * (record.sampled or float(np.median(record.dt))) * model.values.resistance
     elif unknown.place in (LIMP_HOME, STOP_LOW, STOP_HIGH):
         motor = bool(np.isfinite(record.readings[:, 1]).any())
         off = 0.5 * float(record.settings[STEP_MOTOR if motor else STEP_PLATE])

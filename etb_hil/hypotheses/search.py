@@ -32,10 +32,10 @@ from etb_hil.hypotheses.constants import (
     NOTHING,
     PARAMETER,
 )
+from etb_hil.hypotheses.informative_part import informative_part
 from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.starts import beginning, from_elsewhere, likelier
-from etb_hil.hypotheses.telling import telling
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
 from etb_hil.hypotheses.waves import several
 from etb_hil.plant.effects.effect import Effect
@@ -121,7 +121,7 @@ def searched(
     With `ids` only those are, and only where the model's misfit is material. Where the residual may be of the shape of
     a cause, another one has to explain all but little of it.
     """
-    made = prepared(telling(whole, model), model)
+    made = prepared(informative_part(whole, model), model)
     record, first = made.calibrated()
     out, immaterial = _left_out(made, ids, without), NOTHING if ids is None else MATERIAL
     steps: list[Step] = []
@@ -176,25 +176,25 @@ def _search(
 ) -> Fitted:
     """Add one step after another, each beside the best of those before it.
 
-    Returns the calibrated model. Parameters that are likeliest inside their tolerances are no cause: the fits before
-    them had ended on a hill, and begin again beyond it.
+    Returns the calibrated model. Base parameters that are likeliest inside their tolerances are no cause: the fits
+    before them had ended in a local optimum, and begin again beside it.
     """
-    before, moved = first, set[tuple[str, ...]]()
+    before, in_tolerance = first, set[str]()
     while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else immaterial):
         progress(f"looking for a cause beside {_named(steps)}" if steps else "looking for a cause")
         is_doubted = _may_be_its_shape(steps)
-        out = {*without, *_other_shapes(steps)}
+        out = {*without, *_other_shapes(steps), *in_tolerance}
         step = stepped(record, before, effects, out, EQUIVALENT_PARAMETER if is_doubted else NEEDED)
         if step is None:
             break
         if step.best.is_in_tolerance(first.unknowns):
-            if step.best.ids in moved:
-                break
-            moved.add(step.best.ids)
-            if steps:
-                steps[-1] = _begun_again(record, steps[-2].best.fit if steps[1:] else first, steps[-1], step.best)
-            else:
-                first = _likelier(record, first, step.best)
+            in_tolerance.update(step.best.ids)
+            last = steps.pop() if steps else None
+            before = _begun_beside(record, steps[-1].best.fit if steps else first, step.best)
+            if not steps:
+                first = before
+            if last is not None:
+                steps.append(_compared_beside(record, before, last, step.best))
         else:
             steps.append(step)
             if is_doubted and not step.is_material:
@@ -203,16 +203,22 @@ def _search(
     return first
 
 
-def _begun_again(record: Record, before: Fitted, step: Step, calibration: Hypothesis) -> Step:
-    """Return a step with the fits that a calibration found beside it makes likelier."""
-    fits = side_by_side(lambda one: _likelier(record, one.fit, calibration), step.hypotheses)
+def _compared_beside(record: Record, before: Fitted, step: Step, calibration: Hypothesis) -> Step:
+    """Return a step with its fits begun again beside a calibration."""
+    fits = side_by_side(lambda one: _begun_beside(record, one.fit, calibration, one.ids), step.hypotheses)
     begun_again = [Hypothesis.of(one.ids, before, fit) for one, fit in zip(step.hypotheses, fits, strict=True)]
     return _decided(before, begun_again, step.share) or step
 
 
-def _likelier(record: Record, fit: Fitted, calibration: Hypothesis) -> Fitted:
-    """Return a fit, or one that begins with other base parameters and is likelier."""
-    p = calibration.added_to(fit.parameters)
+def _begun_beside(record: Record, fit: Fitted, calibration: Hypothesis, kept: Collection[str] = ()) -> Fitted:
+    """Return a fit, or a likelier one from the base parameters of a calibration.
+
+    `kept`: ids of base parameters that stay.
+    """
+    p = fit.parameters.copy()
+    for one in fit.unknowns:
+        if one.effect is None and one.term < 0 and PARAMETER + one.name not in kept:
+            one.put(p, float(calibration.fit.parameters[one.place]))
     begins = [begun(record, p, fit.unknowns, one) for one in (first_disturbance(p), calibration.fit.disturbance)]
     return max(fit, settled(record, max(begins, key=lambda one: one.posterior)), key=lambda one: one.posterior)
 
@@ -222,7 +228,7 @@ def compared(whole: Record, model: Model, ids: Sequence[str] | None = None, with
 
     None where none of them is likelier than the model; `without`: ids that are not tried.
     """
-    made = prepared(telling(whole, model), model)
+    made = prepared(informative_part(whole, model), model)
     record, before = made.calibrated()
     out = _left_out(made, ids, [*without, *(entry.id for entry in model.effects)])
     return stepped(record, before, made.effects, out)
@@ -263,7 +269,8 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
             anew.append(Step(misfit(fit), (one, *competing), NEEDED, is_material=True))
             fit = one.fit
         if misfit(fit) < NOTHING or misfit(found[-1].best.fit) > NEEDED * misfit(fit):
-            found[k:] = anew if misfit(fit) < NEEDED * misfit(before) else []
+            is_needed = misfit(fit) < NEEDED * misfit(before) or misfit(fit) < NOTHING <= misfit(before)
+            found[k:] = anew if is_needed else []
     return found
 
 

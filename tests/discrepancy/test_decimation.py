@@ -108,6 +108,12 @@ def test_half_of_the_samples_are_kept_only_in_step_with_commands(each, first, ev
     np.testing.assert_allclose(found.voltage, measured.voltage[begin::every][: len(found)], rtol=1e-12)
 
 
+def test_a_few_commands_out_of_step_keep_all_samples_of_a_slow_record():
+    voltage = np.repeat([1.0, 3.0, -2.0, 4.0], [1501, 1499, 1501, 1499])
+    measured = replace(_commanded(6000, 4, 0, 2000.0), voltage=voltage)
+    assert at_least(1000.0, measured) is measured
+
+
 def test_what_is_simulated_along_thinned_samples_is_not_thinned_again():
     found = decimated(_commanded(6000, 13, 0, 20000.0))
     assert found.rate == 5000.0

@@ -18,8 +18,9 @@ from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.record import Record, joined
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.candidates import Candidate, candidates
-from etb_hil.hypotheses.constants import PARAMETER, PARTS, SEARCHED
+from etb_hil.hypotheses.constants import PARAMETER
 from etb_hil.hypotheses.information import information_of
+from etb_hil.hypotheses.informative_part import informative_part
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -39,7 +40,9 @@ def detection_limits(findings: Findings) -> dict[str, DetectionLimit]:
     if not findings.tested:
         return {}
     whole = joined([as_record(b.measured, findings.model) for b in findings.balances])
-    made = prepared(whole.thinned(SEARCHED, PARTS), findings.model)
+    made = prepared(
+        findings.found.record if findings.found else informative_part(whole, findings.model), findings.model
+    )
     record, fit = (findings.found.record, findings.found.final) if findings.found else made.calibrated()
     together: dict[tuple[int, ...], list[Candidate]] = defaultdict(list)
     for id_ in CATALOGUE:

@@ -12,21 +12,21 @@ from etb_hil.recording.samples import Float64
 
 _ENOUGH = 2000.0  # Hz: what more samples would show is noise
 _PLENTY = 5000.0  # Hz: a voltage that changes within such a sample is near enough to its mean
-_FEWEST = 100  # jumps that show a step
+_FEWEST = 100  # jumps: at fast rates, means over fewer of them do not matter
 _IN_STEP = 0.98  # of them
 
 
 def decimated(measured: Measurement) -> Measurement:
-    """Return a measurement at the rate that balances are made of."""
+    """Return a measurement at the rate of balances."""
     return measured if measured.is_decimated else replace(at_least(_ENOUGH, measured), is_decimated=True)
 
 
 def at_least(rate: float, measured: Measurement) -> Measurement:
     """Return every n-th sample, with mean voltage or force until the next kept one.
 
-    So many a second are kept at least, in Hz. They are in step with the commands, so that a voltage is held from one to
-    the next as it was: no mean shows what a current does after a step within a sample. A sample is good if all samples
-    of its mean are.
+    Keep at least `rate` samples a second (Hz). They are in step with the commands, so that a voltage is held from one
+    to the next as it was: no mean shows what a current does after a step within a sample. Where no such rate is in
+    step, the mean over a fifth of a millisecond is near enough. A sample is good if all samples of its mean are.
     """
     first, every = _step(measured, rate)
     if every <= 1:
@@ -58,7 +58,7 @@ def _step(measured: Measurement, rate: float) -> tuple[int, int]:
     if most <= 1 or not measured.device.has_winding:
         return 0, most
     samples = np.flatnonzero(commanded(measured)) + 1
-    if len(samples) < _FEWEST:
+    if not len(samples) or (len(samples) < _FEWEST and measured.rate > _ENOUGH):
         return 0, most
     for every in range(most, 1, -1):
         jumps = np.bincount(samples % every, minlength=every)

@@ -26,15 +26,15 @@ def as_record(measured: Measurement, model: Model) -> Record:
     Its sensors are as good as the record shows. A force, or a current that is imposed, stands where a winding has its
     voltage: it has 1 ohm and no lag then.
     """
-    rate, measured = measured.rate, at_least(_ENOUGH, measured)
-    of_mean = measured.rate / rate  # of the variance of one voltage
+    sampled, measured = measured.dt, at_least(_ENOUGH, measured)
+    averaged = measured.dt / sampled  # voltages in one
     model, bad = replace(model, sensors=measured.sensors), ~measured.is_good
     time = np.arange(len(measured), dtype=np.float64) * measured.dt
     if not measured.device.has_winding:
         unsure = np.where(bad, np.max(np.square(measured.voltage)), 0.0)
         made = record(time, measured.voltage, model, motor=_read(measured.angle, bad), unsure=unsure)
-        made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2 * of_mean
-        return replace(made, is_read=True)
+        made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2 / averaged
+        return replace(made, is_read=True, sampled=sampled)
     current, motor, plate = (_read(one, bad) for one in (measured.current, *measured.motor_and_plate))
     # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
     unsure = np.where(open_bridge(measured) | bad, model.values.voltage_limit**2, 0.0)
@@ -42,8 +42,9 @@ def as_record(measured: Measurement, model: Model) -> Record:
         time, measured.voltage, model, current=current, motor=motor, plate=plate, temperature=measured.temperature,
         unsure=unsure,
     )  # fmt: skip
-    made.settings[NOISE_VOLTAGE] *= of_mean
-    return made
+    # Rounding stays: of a voltage that is held it is the same every time.
+    made.settings[NOISE_VOLTAGE] -= measured.sensors.voltage_noise**2 * (1.0 - 1.0 / averaged)
+    return replace(made, sampled=sampled)
 
 
 def _read(values: Float64 | None, bad: NDArray[np.bool_]) -> Float64 | None:

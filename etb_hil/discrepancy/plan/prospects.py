@@ -1,6 +1,6 @@
 """What a record would leave open if one member of an ambiguity group is true.
 
-`expected_beside` forecasts it from the information of the record, in one pass; `left_beside` explains the record.
+`expected_beside` forecasts it from the information of the record; `left_beside` explains the record.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from etb_hil.hypotheses.candidates import FittedEffect, can_show, candidates, fr
 from etb_hil.hypotheses.comparison import least_excluded
 from etb_hil.hypotheses.constants import GAIN, NOTHING, PARAMETER
 from etb_hil.hypotheses.information import information_of
+from etb_hil.hypotheses.informative_part import informative_part
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.search import compared
-from etb_hil.hypotheses.telling import telling
 from etb_hil.hypotheses.terms import with_room
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
@@ -102,7 +102,7 @@ def expected_beside(
     """
     if _is_measured(truth, model):
         return Left((), {}, np.inf)
-    made = prepared(telling(as_record(measured, model), model), model)
+    made = prepared(informative_part(as_record(measured, model), model), model)
     parameters = with_room(truth.parameters)
     record = made.record.placed(parameters)
     ids = [own_name(id_) for id_ in truth.ids]

@@ -10,8 +10,9 @@ from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.estimation.record import joined
 from etb_hil.hypotheses.constants import PARTS, SEARCHED
+from etb_hil.hypotheses.informative_part import informative_part
+from etb_hil.hypotheses.prepared import prepared
 from etb_hil.hypotheses.search import searched
-from etb_hil.hypotheses.telling import telling
 
 
 def _whole(hidden):
@@ -24,24 +25,41 @@ def healthy():
     return _whole(hidden), hidden.model
 
 
+def _numbered(record):
+    """Return the record with the number of each sample as its temperature, in millionths of a degree."""
+    return replace(record, temperature=25.0 + 1e-6 * np.arange(len(record)))
+
+
+def _numbers(record):
+    return np.round(1e6 * (record.temperature - 25.0)).astype(int)
+
+
 def test_a_knock_between_the_samples_along_the_record_is_searched(healthy):
     whole, model = healthy
-    evenly = telling(whole, model).time
+    whole = _numbered(whole)
+    taken = np.isin(np.arange(len(whole)), _numbers(informative_part(whole, model)))
+    knock = next(rows for rows in np.arange(len(whole)).reshape(-1, 250)[20:] if not taken[rows].any())[100:200]
     readings = whole.readings.copy()
-    at = next(
-        k for k in range(5000, len(whole), 250) if whole.time[k] not in evenly and whole.time[k + 250] not in evenly
-    )
-    readings[at : at + 100, 0] += 0.5  # A, for a tenth of a second
-    found = telling(replace(whole, readings=readings), model)
-    assert len(found) <= SEARCHED
-    knocked = np.isin(readings[at : at + 100, 0], found.readings[:, 0])
-    assert knocked.all()
+    readings[knock, 0] += 0.5  # A
+    found = informative_part(replace(whole, readings=readings), model)
+    assert len(found) == SEARCHED
+    assert np.isin(knock, _numbers(found)).all()
+
+
+def test_of_a_healthy_record_the_samples_are_not_those_of_the_largest_noise(healthy):
+    whole, model = healthy
+    numbers = _numbers(informative_part(_numbered(whole), model))
+    made = prepared(whole, model)
+    record, fit = made.calibrated()
+    squared = fit.filtered.whitened**2
+    assert np.allclose(squared[numbers].mean(axis=0), squared.mean(axis=0), rtol=0.05)
+    assert len(record) == len(whole)
 
 
 def test_a_record_of_no_more_samples_is_searched_whole(healthy):
     whole, model = healthy
     short = whole.part(slice(0, SEARCHED))
-    assert telling(short, model) is short
+    assert informative_part(short, model) is short
 
 
 def test_soft_stops_that_few_samples_meet_are_found_at_2_khz():
