@@ -81,10 +81,13 @@ class BenchRun:
 
         LookupError where it has none.
         """
-        value = self.number(name).value
-        if value is None:
-            raise LookupError(f"'{name}' was not measured in this run")
-        return value
+        from etb_hil.results import shown
+
+        found = self.number(name)
+        if found.value is None:
+            known = f": it is known to be {shown.measured(found)}" if found.is_bound else ""
+            raise LookupError(f"'{name}' was not measured in this run{known}")
+        return found.value
 
 
 class EtbBench:
@@ -183,8 +186,10 @@ def complaints(results: RunResult) -> list[str]:
 
 
 def _properties(run: BenchRun) -> list[tuple[str, object]]:
+    from etb_hil.results import shown
+
     results = run.results
-    known = [(one.id, one.value) for one in results.judged]
+    known = [(one.id, shown.measured(one) if one.value is None else one.value) for one in results.judged]
     return [
         ("serial", results.unit.serial),
         ("verdict", run.verdict),

@@ -19,7 +19,7 @@ _LEAST = 1e-12
 class Interval:
     """A value with its 95 % interval.
 
-    `is_bound`: nothing is known of the value but that it lies there, between 0 and `high`.
+    `is_bound`: the value is known to be at most `high`, and no more; `value` and `low` are then no results.
     """
 
     value: float

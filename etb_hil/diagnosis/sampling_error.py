@@ -65,7 +65,8 @@ def _wider(one: Measurement, other: Measurement | None, band: float) -> Measurem
     judged = one.verdict is not None
     if other is None or other.low is None or other.high is None:
         return replace(one, low=None, high=None, verdict=UnitVerdict.INCONCLUSIVE if judged else None)
-    low, high = one.low - abs(other.low - one.low), one.high + abs(other.high - one.high)
+    low = one.low if one.is_bound else one.low - abs(other.low - one.low)
+    high = one.high + abs(other.high - one.high)
     verdict = one.verdict
     if judged and verdict is not UnitVerdict.INCONCLUSIVE:
         verdict = stand(one.value, low, high, one.limit_low, one.limit_high, band)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
+from etb_hil.diagnosis.measurement_kind import FailedEstimate
 from etb_hil.diagnosis.measuring import Measured
 from etb_hil.diagnosis.places_seen import MOST_UNSEEN
 from etb_hil.diagnosis.result import Reason
@@ -38,7 +39,7 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     ]
     missing = {name: kind for name, kind in missing.items() if kind.roles <= grounds.roles}
     no_curve = [name for name, kind in missing.items() if not kind.phases and not grounds.has_curve]
-    notes = {one.measurement.id: one.measurement.note for one in measured}
+    notes = {one.measurement.id: _why_not(one) for one in measured}
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_at_one_place(judged, grounds, is_certain=True), *_stuck(grounds, no_curve)]
@@ -98,6 +99,11 @@ def _without_signal(name: str, kind: MeasurementKind, grounds: Grounds) -> Reaso
 
 def _named(name: str, kind: MeasurementKind) -> str:
     return kind.name_of(name.removeprefix(kind.id))
+
+
+def _why_not(one: Measured) -> str:
+    """Return the note of a measurement; the error of a plug-in is for its engineer."""
+    return "its plug-in failed" if isinstance(one.estimate, FailedEstimate) else one.measurement.note
 
 
 def _not_measured(name: str, kind: MeasurementKind, note: str | None) -> Reason:

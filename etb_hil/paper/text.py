@@ -8,6 +8,7 @@ from etb_hil.paper.estimation import CUTOFF, MARGIN
 from etb_hil.paper.reproduce import Properties, Reproduction, SetUp, is_as_the_paper_says
 from etb_hil.paper.setups import AMPLITUDE, ANGULAR_FREQUENCY, healthy
 from etb_hil.paper.trade import Trade
+from etb_hil.results import shown
 
 _SET_UP_HEADS = (
     "fig.", "set-up", "T_st", "reached", "estimated", "short by", "off reached", "T_c", "literal", "less viscous",
@@ -92,7 +93,7 @@ def _fitted(one: SetUp) -> list[str]:
     for name, true in (("T_st", one.numbers.true_stiction), ("T_c", one.numbers.true_coulomb)):
         number = one.diagnosis.measurements.get(name)
         if number is None or number.value is None:
-            cells += ["-", "-"]
+            cells += ["-" if number is None else shown.value(number), "-"]
         else:
             cells += [
                 f"{number.value:.3f} ({number.low:.3f} to {number.high:.3f})",

@@ -147,7 +147,8 @@ def _measurement(one: Measurement, results: RunResult) -> ET.Element:
         ET.SubElement(case, "system-out").text = _plain(f"{one.verdict}: {found}; see the case 'unit'")
     elif one.verdict is not UnitVerdict.PASS:
         element = "failure" if one.verdict is UnitVerdict.FAIL else "error"
-        _outcome(case, element, str(one.verdict), found, f"95 % interval: {shown.interval(one) or shown.UNKNOWN}")
+        interval = "" if one.is_bound else f"95 % interval: {shown.interval(one) or shown.UNKNOWN}"
+        _outcome(case, element, str(one.verdict), found, interval)
     return case
 
 

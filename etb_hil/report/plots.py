@@ -55,11 +55,12 @@ def friction_over_speed(series: ReportSeries, results: RunResult) -> Chart:
 def _speed_limits(panel: Panel, results: RunResult, reach: float) -> None:
     """Draw each limit where it is compared.
 
-    T_st is drawn below omega_s, T_c (with the viscous torque) far above it.
+    T_st is drawn below omega_s, T_c (with the viscous torque, or its bound) far above it.
     """
     omega_s = math.degrees(results.measurements.value("omega_s") or 0.0)
     near = min(omega_s, reach) if omega_s else reach
-    slope = results.measurements.value("viscous") or 0.0
+    viscous = results.measurements.get("viscous")
+    slope = 0.0 if viscous is None else viscous.value_or_bound or 0.0
     stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
     for sign in (1.0, -1.0):
         if stiction is not None:
@@ -78,7 +79,7 @@ def friction_over_angle(series: ReportSeries, results: RunResult) -> Chart:
 
     Below is the map over angle and temperature.
     """
-    over = friction_map([{name: getattr(series, name) for name in _MAPPED}]) if len(series.point_excess) else None
+    over = friction_map([_mapped(series)]) if len(series.point_excess) else None
     panel = Panel("Friction over angle", FRICTION, ratio=2.2)
     chart = Chart(5.2, 4.2, [panel], "throttle angle / deg", columns=2)
     if not len(series.opening_angle) and not len(series.closing_angle):
@@ -100,6 +101,12 @@ def friction_over_angle(series: ReportSeries, results: RunResult) -> Chart:
     if over is not None and _says_something(over):
         chart.panels.append(_map(over))
     return chart
+
+
+def _mapped(series: ReportSeries) -> dict[str, Float64]:
+    """Return the columns of the map; sessions of older versions have no overlap."""
+    overlap = {"point_overlap": series.point_overlap} if len(series.point_overlap) else {}
+    return {name: getattr(series, name) for name in _MAPPED} | overlap
 
 
 def _says_something(over: FrictionMap) -> bool:

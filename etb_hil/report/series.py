@@ -21,7 +21,8 @@ class ReportSeries:
 
     Traces (n): `time` s, `angle` rad, `velocity` rad/s, `current` A, `friction` N·m, `temperature` degC (or empty).
     Points that the Stribeck curve was fitted to (m): `point_velocity` rad/s, `point_friction` N·m, and for the map
-    `point_angle` rad, `point_temperature` degC, `point_excess` (share above the curve).
+    `point_angle` rad, `point_temperature` degC, `point_excess` (share above the curve), `point_overlap` (of their
+    windows).
     The curve (k): `curve_velocity`, `curve_friction`, and its 95 % band `curve_low`, `curve_high`.
     Friction over angle while sliding slowly, points in any order: `opening_angle`, `opening_friction`;
     `closing_angle`, `closing_friction`.
@@ -40,6 +41,7 @@ class ReportSeries:
     point_angle: Float64 = field(default_factory=_none)
     point_temperature: Float64 = field(default_factory=_none)
     point_excess: Float64 = field(default_factory=_none)
+    point_overlap: Float64 = field(default_factory=_none)
     curve_velocity: Float64 = field(default_factory=_none)
     curve_friction: Float64 = field(default_factory=_none)
     curve_low: Float64 = field(default_factory=_none)
@@ -74,7 +76,7 @@ class ReportSeries:
 
 _GROUPS = (
     ("time", "angle", "velocity", "current", "friction", "temperature"),
-    ("point_velocity", "point_friction", "point_angle", "point_temperature", "point_excess"),
+    ("point_velocity", "point_friction", "point_angle", "point_temperature", "point_excess", "point_overlap"),
     ("curve_velocity", "curve_friction", "curve_low", "curve_high"),
     ("opening_angle", "opening_friction"),
     ("closing_angle", "closing_friction"),

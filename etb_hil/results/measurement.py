@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Measurement:
     """A measured value in SI with its 95 % interval, its limits and its verdict.
 
-    What is unknown is None. Without a `value`, the run bounds it and does not measure it: it is at most `high`.
+    What is unknown is None. With `high` and no `value`, it is at most `high`.
 
     `low` and `high` bound the interval, `limit_low` and `limit_high` are what is allowed. `verdict` is None where no
     limit applies. `note` says under which conditions the value holds.
@@ -44,6 +44,11 @@ class Measurement:
     def is_bound(self) -> bool:
         """Whether the value is known to be at most `high`, and no more."""
         return self.value is None and self.high is not None
+
+    @property
+    def value_or_bound(self) -> float | None:
+        """The value in SI, or what it is at most where the run bounds it."""
+        return self.high if self.value is None else self.value
 
     @property
     def is_known(self) -> bool:

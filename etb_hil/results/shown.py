@@ -108,12 +108,13 @@ def limit(one: Measurement) -> str:
 def nearer_limit(one: Measurement) -> float | None:
     """Return the limit of a measurement in SI, the one that its value is nearer to.
 
-    None where there is none.
+    None where there is none. Of a bound that keeps the upper limit, it is the lower one.
     """
     if one.limit_low is None or one.limit_high is None:
         return one.limit_low if one.limit_high is None else one.limit_high
-    middle = 0.5 * (one.limit_low + one.limit_high)
-    return one.limit_low if one.value is not None and one.value < middle else one.limit_high
+    parting = one.limit_high if one.is_bound else 0.5 * (one.limit_low + one.limit_high)
+    found = one.value_or_bound
+    return one.limit_low if found is not None and found < parting else one.limit_high
 
 
 def interval(one: Measurement) -> str:

@@ -21,12 +21,18 @@ if TYPE_CHECKING:
 
     from etb_hil.recording.recording import Recording
     from etb_hil.recording.samples import Float64, Int64
+    from etb_hil.results.measurement import Measurement
     from etb_hil.results.run_result import RunResult
     from etb_hil.session.finished import Finished
 
     _Timed = tuple[Int64, Mapping[str, Float64]]  # times in ns, and columns of values at these times
 
-_COMPARED = {"value": "", "limit_low": ", lower limit", "limit_high": ", upper limit", "verdict": ", verdict"}
+_COMPARED = {
+    "value_or_bound": "",
+    "limit_low": ", lower limit",
+    "limit_high": ", upper limit",
+    "verdict": ", verdict",
+}
 _ALL_DIGITS = 17  # of a 64 bit number
 _CODE = {("versions",), ("plugins",)}  # of results: what made them
 
@@ -180,6 +186,8 @@ def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
             a, b = getattr(old, key, None), getattr(new, key, None)
             if key != "verdict":
                 a, b = _quantities(a, b, unit)
+            if key == "value_or_bound":
+                a, b = _bounded(a, old), _bounded(b, new)
             rows.append((f"{name}{called}", a, b))
     rows.append(("exceedances", len(before.exceedances), len(now.exceedances)))
     return [(what, _plain(a), _plain(b)) for what, a, b in rows if a != b]
@@ -188,12 +196,16 @@ def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
 def _quantities(before: float | None, now: float | None, unit: str) -> tuple[str, str]:
     """Return two values with their unit, with as many digits as distinguish them."""
     texts = shown.quantity(before, unit), shown.quantity(now, unit)
-    if texts[0] != texts[1] or before is None or now is None:
+    if texts[0] != texts[1] or before is None or now is None or before == now:
         return texts
     digits = next(
         (count for count in range(5, _ALL_DIGITS) if f"{before:.{count}g}" != f"{now:.{count}g}"), _ALL_DIGITS
     )
     return f"{before:.{digits}g} {unit}".removesuffix(" 1"), f"{now:.{digits}g} {unit}".removesuffix(" 1")
+
+
+def _bounded(text: object, one: Measurement | None) -> object:
+    return f"at most {text}" if one is not None and one.is_bound else text
 
 
 def _plain(value: object) -> str:

@@ -39,7 +39,8 @@ import pytest
 from dataclasses import replace
 from pathlib import Path
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.pytest_plugin import BenchRun
+from etb_hil.pytest_plugin import BenchRun, _properties
+from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, Bus, MessageStatistics, RunResult, Unit
 
 def run_with(**bus):
@@ -56,6 +57,14 @@ def test_healthy_or_unknown(etb_bench):
 def test_numbers_by_name(etb_bench):
     with pytest.raises(LookupError, match="has no number 'T_xy'"):
         run_with().number("T_xy")
+    bound = Measurement("T_c", "sliding friction", None, "N·m", 0.0, 0.15, limit_high=0.2, verdict="pass")
+    unknown = Measurement("T_st", "break-away friction", None, "N·m")
+    results = replace(run_with().results, measurements=Measurements([bound, unknown]))
+    with pytest.raises(LookupError, match="'T_c' was not measured in this run: it is known to be at most 0.150 N·m"):
+        BenchRun(results, Path("session")).value("T_c")
+    with pytest.raises(LookupError, match="'T_st' was not measured in this run$"):
+        BenchRun(results, Path("session")).value("T_st")
+    assert ("T_c", "at most 0.150 N·m") in _properties(BenchRun(results, Path("session")))
 
 @pytest.mark.etb_scenario("friction_check", colour="red")
 def test_unknown_setting(etb_run):

@@ -13,7 +13,7 @@ from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.exceedance import Exceedance
 from etb_hil.diagnosis.grounds import Coverage, Excess, Grounds
 from etb_hil.diagnosis.local_margin import Shortfall
-from etb_hil.diagnosis.measurement_kind import Estimate
+from etb_hil.diagnosis.measurement_kind import Estimate, FailedEstimate
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.diagnosis.measuring import Measured, stand
 from etb_hil.diagnosis.places_seen import Unseen
@@ -300,6 +300,9 @@ def test_a_limit_that_was_not_measured_with_all_its_signals_says_why():
     lost = Measurement("omega_s", "Stribeck velocity", None, "rad/s", limit_high=9.0, note="there is no law")
     _, reasons = conclude([*both(), Measured(KINDS["omega_s"], Estimate(None), lost)], replace(GROUNDS, has_curve=True))
     assert reasons[0] == Reason("omega_s_not_measured", "Stribeck velocity was not measured: there is no law")
+    failed = Measured(KINDS["omega_s"], FailedEstimate(None, note="the plug-in failed: IndexError"), lost)
+    _, reasons = conclude([*both(), failed], replace(GROUNDS, has_curve=True))
+    assert reasons[0].text == "Stribeck velocity was not measured: its plug-in failed"
 
 
 def test_one_of_several_values_that_was_not_measured_is_a_doubt_whatever_the_others_say():

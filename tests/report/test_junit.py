@@ -87,6 +87,16 @@ def test_an_inconclusive_run_is_an_error_and_no_failure():
     assert cases(suite_of(Reported(results)))["unit"] == ["error"]
 
 
+def test_a_bound_too_close_to_its_limit_is_said_without_an_interval():
+    results = sample_run.results(0.171)
+    bound = replace(results.measurements["T_c"], value=None, low=0.0, high=0.19, verdict=UnitVerdict.INCONCLUSIVE)
+    unit = replace(results.unit, verdict=UnitVerdict.INCONCLUSIVE, reason_id="places_not_seen")
+    (suite,) = suite_of(Reported(replace(results, unit=unit, measurements=Measurements([bound]))))
+    error = suite.find("testcase[@name='T_c']/error")
+    assert error.get("message") == "sliding friction is at most 0.190 N·m, allowed at most 0.180"
+    assert error.text is None
+
+
 def test_runs_of_a_queue_are_suites_and_a_baseline_adds_cases():
     comparisons = [
         Comparison("T_st", "1 N·m within 5 %", "2 N·m", agrees=False),

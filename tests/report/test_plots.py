@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.image import imread
 
 from etb_hil.base.errors import InputError
+from etb_hil.diagnosis.windows import NARROW
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.tables import read_table
@@ -87,6 +88,15 @@ def test_limits_are_drawn_where_they_are_compared():
     assert coulomb[0, 1] == pytest.approx(0.18 + sample_run.VISCOUS * 2.15 * sample_run.OMEGA_S)
 
 
+def test_where_viscosity_is_bounded_the_limit_of_sliding_friction_has_the_bound():
+    numbers = sample_run.results().measurements
+    bound = replace(numbers["viscous"], value=None, low=0.0, high=0.002)
+    bounded = sample_run.results(measurements=Measurements({**numbers, "viscous": bound}.values()))
+    (axes,) = figure_of(plots.friction_over_speed(sample_run.series(), bounded)).axes
+    (coulomb,) = [line.get_ydata() for line in axes.lines if str(line.get_label()).startswith("limit T_c")]
+    assert coulomb[0] == pytest.approx(0.18 + 0.002 * 2.15 * sample_run.OMEGA_S)
+
+
 def test_exceedances_are_shaded_in_every_trace_and_marked_at_their_peak():
     figure = figure_of(plots.time_traces(sample_run.series(0.567), sample_run.results(0.567)))
     for axes in figure.axes[1:]:
@@ -106,6 +116,14 @@ def test_the_map_shows_where_and_at_which_temperature_friction_is_off():
     assert {cell.get_y() for cell in cells} == {20.0, 30.0}
     (bump,) = [line for line in over.lines if line.get_marker() == "v" and len(line.get_xdata())]
     assert all(0.85 < angle < 1.15 for angle in np.radians(bump.get_xdata()))
+
+
+@pytest.mark.parametrize(("overlap", "has_bump"), [(NARROW.overlap, True), (1e4, False)])
+def test_the_map_weighs_the_overlap_of_windows(overlap, has_bump):
+    points = sample_run.series()
+    overlapping = replace(points, point_overlap=np.full(len(points.point_angle), overlap))
+    over = figure_of(plots.friction_over_angle(overlapping, sample_run.results())).axes[1]
+    assert any(line.get_marker() == "v" and len(line.get_xdata()) for line in over.lines) == has_bump
 
 
 def test_a_plot_in_the_page_knows_its_scales():

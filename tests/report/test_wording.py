@@ -194,6 +194,12 @@ def test_a_bound_is_said_as_one():
     assert (shown.measured(one), shown.interval(one)) == ("at most 0.210 N·m", "")
 
 
+@pytest.mark.parametrize(("high", "limit"), [(0.04, 0.05), (0.13, 0.05), (0.19, 0.05), (0.21, 0.2)])
+def test_a_bound_that_keeps_the_upper_limit_is_held_against_the_lower_one(high, limit):
+    one = Measurement("T_c", name_of("T_c"), None, "N·m", 0.0, high, 0.05, 0.2, UnitVerdict.INCONCLUSIVE)
+    assert shown.nearer_limit(one) == limit
+
+
 def test_a_value_without_an_interval_is_not_too_close_to_its_limit():
     one = Measurement("temperature", "temperature", 40.0, "degC", None, None, None, 10.0, UnitVerdict.INCONCLUSIVE)
     found = worded("temperature_without_interval", one)

@@ -64,6 +64,11 @@ def judged(verdict="pass", value=0.17, verdict_of=None, **limits):
     return RunResult("run", Unit(UnitVerdict(verdict)), Bench(BenchOutcome.OK), measurements=Measurements(measured))
 
 
+def bounded(high):
+    bound = Measurement("T_st", "break-away friction", None, "N·m", 0.0, high)
+    return replace(judged(), measurements=Measurements([bound]))
+
+
 def test_only_what_changed_is_named():
     assert changes(judged(), judged()) == []
     assert changes_text([]) == "  Nothing changed."
@@ -76,6 +81,11 @@ def test_only_what_changed_is_named():
     assert now.endswith("N·m")
     assert changes(judged(value=None), judged()) == [("break-away friction", "-", "0.170 N·m")]
     assert changes(judged(), judged(value=None)) == [("break-away friction", "0.170 N·m", "-")]
+    lower, higher, lifted = (bounded(high) for high in (0.15, 0.25, 0.15 + 1e-12))
+    assert changes(lower, bounded(0.15)) == []
+    assert changes(lower, higher) == [("break-away friction", "at most 0.150 N·m", "at most 0.250 N·m")]
+    assert changes(lower, lifted) == [("break-away friction", "at most 0.15 N·m", "at most 0.150000000001 N·m")]
+    assert changes(judged(value=0.15), lower) == [("break-away friction", "0.150 N·m", "at most 0.150 N·m")]
     assert changes(judged(verdict_of="pass"), judged(verdict_of="fail")) == [
         ("break-away friction, verdict", "pass", "fail")
     ]
