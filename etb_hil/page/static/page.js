@@ -1,7 +1,7 @@
 // The operator page: what the server tells is shown, what the operator does is asked of the server.
 
 import { draw } from "./chart.js";
-import { element, limitText, showTroubles, takes, valueText } from "./parts.js";
+import { element, isKnown, limitText, passedLimit, showTroubles, takes, valueText } from "./parts.js";
 import { CODE, listen } from "./scanner.js";
 import { DEGREES, inDegrees, clock, keep, language, loadWords, measured, number, recall, say, sayOr, shown } from "./words.js";
 
@@ -144,8 +144,7 @@ function worded(outcome) {
   if (plain) return [plain, said[1]];
   const one = outcome.measurements.find((each) => id.startsWith(`${each.id}_`)), general = one ? sayOr(`reason *${id.slice(one.id.length)}`, "") : "";
   if (!general) return said;
-  const limit = one.limit_high !== null && (one.limit_low === null || one.value > one.limit_low) ? one.limit_high : one.limit_low;
-  const filled = { name: measured(one.id, one.name), value: shown(one.value, one.unit), limit: shown(limit, one.unit) };
+  const filled = { name: measured(one.id, one.name), value: valueText(one), limit: shown(passedLimit(one), one.unit) };
   return [general.replace(/\{(\w+)\}/g, (whole, name) => filled[name] ?? whole), said[1]];
 }
 
@@ -194,7 +193,7 @@ function showNumbers(snapshot) {
   let rows = [];
   if (!isRunning() && about.outcome) {
     const urgency = (one) => (one.verdict === null ? 2 : one.verdict === "pass" ? 1 : 0);
-    rows = about.outcome.measurements.filter((one) => one.value !== null || one.verdict).toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
+    rows = about.outcome.measurements.filter((one) => isKnown(one) || one.verdict).toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
       measured(one.id, one.name), valueText(one), limitText(one), one.verdict]);
   } else if (snapshot) {
     rows = [

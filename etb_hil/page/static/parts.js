@@ -9,6 +9,14 @@ export function element(name, text = "", classes = "") {
   return made;
 }
 
+export const isKnown = ({ value, high }) => value !== null || high !== null;
+
+// Return the limit that a measurement is beyond or too close to. A bound that keeps the upper limit may be below the lower.
+export function passedLimit({ value, high, limit_low: low, limit_high: top }) {
+  if (low === null || top === null) return low ?? top;
+  return (value === null ? high >= top : value > low) ? top : low;
+}
+
 // Return what was measured: without a value, a bound of it.
 export const valueText = ({ value, high, unit }) => (value === null && high !== null ? `≤ ${shown(high, unit)}` : shown(value, unit));
 
