@@ -433,7 +433,12 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             copy_matrix(covariances[k], cov)
         if k > 0 and since[k] == 0.0:
             pass_time(active, states[k - 1], x[THETA], voltage[k - 1], temperature[k - 1], dt[k - 1], memory, p)
-        predict(x, p, voltage[k], temperature[k], h, active, memory, acting, added[3], level[k], s[RESTS], f, b, work)
+        # Of an unsure voltage the back-EMF is a part: that of an open bridge follows it, so that no current flows.
+        back_emf, driving = p[BACK_EMF], voltage[k]
+        if unsure[k] > 0.0:
+            p[BACK_EMF] = driving = 0.0
+        predict(x, p, driving, temperature[k], h, active, memory, acting, added[3], level[k], s[RESTS], f, b, work)
+        p[BACK_EMF] = back_emf
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         copy_into(coming, 0, memory)
@@ -447,4 +452,4 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 for j in range(SIZE):
                     moves[k, i, j] = 0.0 if is_afresh else f[i, j]
                 for j in range(FORCES):
-                    responses[k, i, j] = b[i, j]
+                    responses[k, i, j] = 0.0 if j == LOST and unsure[k] > 0.0 else b[i, j]

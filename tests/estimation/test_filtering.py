@@ -231,19 +231,6 @@ def test_a_plate_that_rests_is_not_pushed_by_the_rounding_of_its_angle(healthy):
         assert abs(found.states[-1, BRISTLE]) < 0.05 * p[COULOMB]
 
 
-def test_an_open_bridge_tells_nothing_of_the_voltage(healthy):
-    """A coasting motor shows its back-EMF: where the voltage is unsure, no current is expected from it."""
-    made, model, _ = healthy
-    far = made.voltage.copy()
-    far[4000:4400] += 6.0
-    unsure = np.where(np.abs(np.arange(len(made)) - 4200) <= 200, 12.0**2, 0.0)
-    p = model.vector()
-    sure = filtered(replace(made, voltage=far), p, SMALL)
-    told = filtered(replace(made, voltage=far, unsure=unsure), p, SMALL)
-    assert np.sum(sure.whitened[4000:4400, 0] ** 2) > 100.0 * np.sum(told.whitened[4000:4400, 0] ** 2)
-    assert told.needed[1] < 0.01
-
-
 def test_segments_know_nothing_of_each_other(healthy):
     made, model, _ = healthy
     effect = CATALOGUE["friction_load"]
