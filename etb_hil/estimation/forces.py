@@ -408,14 +408,16 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     else:
         lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
     scope["parts_of"], scope["growth"] = parts_of, growth
+    within = "coming" if terms.has_states else "remembered"
     lines += [
         "    o[0] = o[1] = o[2] = o[6] = 0.0",
         f"    parts = {'parts_of(dt[k])' if terms.acts_at(*_WITHIN) else '1'}",
+        *(f"    {line}" for line in (_WITHIN_SAMPLE if terms.has_states else ())),
         "    for part in range(parts):",
         "        to = (part + 0.5) / parts",
         "        theta, omega = x[0] + to * (y[0] - x[0]), x[1] + to * (y[1] - x[1])",
         "        current, bristle = x[4] + to * (y[4] - x[4]), x[2] + to * (y[2] - x[2])",
-        "        f(theta, omega, current, voltage[k], bristle, t, remembered, p, room)",
+        f"        f(theta, omega, current, voltage[k], bristle, t, {within}, p, room)",
         "        o[0] += room[0] / parts; o[1] += room[1] / parts; o[2] += room[2] / parts",
         "        _, grows = growth(part, parts)",
         "        o[6] += room[0] * grows",
@@ -429,6 +431,11 @@ def _along(terms: _Terms, function: compose.Made, passing: compose.Made) -> comp
     return _compiled(f"along_{terms.id}", _MOTION, lines, scope)
 
 
+# What is remembered in the middle of a sample, in the place of what was predicted of its beginning.
+_WITHIN_SAMPLE = [
+    "copy_into(coming, 0, remembered)",
+    "passing(x[1], 0.5 * dt[k] * x[1], x[4], voltage[k], t, 0.5 * dt[k], coming, p)",
+]
 # What arrives behind a state without its lag: `now` by the lateness that it was read with, `then` by another one.
 _LATE_CURRENT = [
     "if late != 0.0: v = voltage[k]",

@@ -320,6 +320,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     acting, added = np.zeros(ACTING), np.zeros((4, forces.ADDED))
     memory = forces.remembered(temperature[0], p)
     coming = memory.copy()  # at the next sample, as predicted: readings correct the way that is remembered
+    within = memory.copy()  # in the middle of a sample: what follows at once would else be a sample late
     begin(readings, later, 0, dt[0], s, p, x, cov)
     lost = 0
     totals[:] = 0.0
@@ -437,7 +438,10 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         back_emf, driving = p[BACK_EMF], voltage[k]
         if unsure[k] > 0.0:
             p[BACK_EMF] = driving = 0.0
-        predict(x, p, driving, temperature[k], h, active, memory, acting, added[3], level[k], s[RESTS], f, b, work)
+        if len(active) > 0:
+            copy_into(within, 0, memory)
+            pass_time(active, states[k], x[THETA] + 0.5 * h * x[OMEGA], voltage[k], temperature[k], 0.5 * h, within, p)
+        predict(x, p, driving, temperature[k], h, active, within, acting, added[3], level[k], s[RESTS], f, b, work)
         p[BACK_EMF] = back_emf
         f[ROUNDING, ROUNDING] = lasts[k]
         x[ROUNDING] *= f[ROUNDING, ROUNDING]

@@ -63,6 +63,19 @@ def test_a_current_that_comes_late_is_one_of_an_earlier_sample(late):
     assert true > filtered(seen, MODEL.vector(), LARGE).log_likelihood + 1000.0
 
 
+@pytest.mark.parametrize("rate", [1000, 2000])
+def test_a_capacitor_that_holds_nothing_is_none(rate):
+    """What follows within a sample is no sample late: the voltage of the bridge changes at once."""
+    p = _with("supply_sag", source_resistance=0.3)
+    seen, _ = driven(MODEL, p, rate)
+    none, empty = (
+        filtered(seen, _with("supply_sag", source_resistance=0.3, time_constant=one), SMALL).log_likelihood
+        for one in (0.0, 1e-6)
+    )
+    without = filtered(seen, MODEL.vector(), SMALL).log_likelihood
+    assert abs(empty - none) < 0.0025 * (none - without)
+
+
 LATE = ("measurement_delay", "angle_delay", "motor_angle_delay", "plate_angle_delay")
 
 
