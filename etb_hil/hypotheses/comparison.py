@@ -20,17 +20,15 @@ from etb_hil.hypotheses.constants import (
     EQUIVALENT_PARAMETER,
     EQUIVALENT_SHAPE,
     GAIN,
-    IMMATERIAL,
     MATERIAL,
     NEEDED,
     NOTHING,
     PARAMETER,
-    WHITE,
 )
+from etb_hil.hypotheses.misfit import Misfit, misfit
 from etb_hil.hypotheses.terms import BENCH, DRIFT, drift_unknowns
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.plant.physics import COULOMB, RESISTANCE, TORQUE_PER_AMPERE
 from etb_hil.recording.samples import Float64
 
 # Sliding friction and break-away friction are of the same contacts.
@@ -43,9 +41,9 @@ def are_numbers(ids: Sequence[str]) -> bool:
 
 
 def least_excluded(ids: Sequence[str], misfit: float, without: float) -> float:
-    """Return the misfit above which a cause may exclude another hypothesis.
+    """Return the part of a misfit above which a cause may exclude another hypothesis.
 
-    `misfit`, `without`: with the cause and without it.
+    `misfit`: all of it with the cause, `without`: that part without it.
     """
     if are_numbers(ids) and misfit < NOTHING:
         return NOTHING  # a shape that a number explains without a residual would be that number's by chance
@@ -58,13 +56,13 @@ class Hypothesis:
 
     Such parameters leave their tolerances together.
 
-    `evidence` in nats over the calibrated model. `misfit`, `without`: with it and without it, see `misfit`.
+    `evidence` in nats over the calibrated model. `misfit`, `without`: with it and without it.
     """
 
     ids: tuple[str, ...]
     evidence: float
-    misfit: float
-    without: float
+    misfit: Misfit
+    without: Misfit
     fit: Fitted
 
     @classmethod
@@ -77,9 +75,12 @@ class Hypothesis:
         """The effect that it is, None where it is none."""
         return next((one.effect for one in self.fit.unknowns if one.effect and one.effect.id in self.ids), None)
 
-    def added_to(self, parameters: Float64) -> Float64:
-        """Return a whole vector with the parameters of the cause."""
-        found, own = parameters.copy(), self.fit.parameters
+    def added_to(self, parameters: Float64, other: Float64 | None = None) -> Float64:
+        """Return a whole vector with the parameters of the cause.
+
+        Where there is another vector, with those that it has in their place.
+        """
+        found, own = parameters.copy(), self.fit.parameters if other is None else other
         if self.ids == (DRIFT,):
             sizes = slice(EXTENDED + len(BENCH), None)
             found[sizes] = own[sizes]
@@ -105,11 +106,9 @@ class Hypothesis:
         A shape of the catalogue may not quite be the unit's.
 
         Nats alone do not tell: a shape that is not quite ours costs some. What is excluded has a larger misfit
-        than one that the data cannot distinguish from the cause, and the cause removes much of it.
+        than one that the data cannot distinguish from the cause, and the cause removes much of it, in one channel.
         """
-        least = least_excluded(self.ids, self.misfit, self.without)
-        is_likelier = self.evidence > other.evidence + GAIN
-        return is_likelier and other.misfit > least and self.misfit < NEEDED * other.misfit
+        return self.evidence > other.evidence + GAIN and self.misfit.excludes(other.misfit, self.least)
 
     def excludes_by_far(self, near: Hypothesis) -> bool:
         """Tell whether another one is excluded, and no other start will change that.
@@ -117,9 +116,13 @@ class Hypothesis:
         It gains two thirds of this one at most, and would be excluded with two thirds of its misfit, too. `near`: that
         one where its first descent ended.
         """
-        least = least_excluded(self.ids, self.misfit, self.without)
         is_behind = self.evidence > GAIN and near.evidence < NEEDED * self.evidence - GAIN
-        return is_behind and NEEDED * near.misfit > max(least, self.misfit / NEEDED)
+        return is_behind and self.misfit.excludes(Misfit(*(NEEDED * one for one in near.misfit)), self.least)
+
+    @property
+    def least(self) -> Misfit:
+        """What another one has to leave in each part to be excluded."""
+        return Misfit(*(least_excluded(self.ids, self.misfit.total, without) for without in self.without))
 
     def is_idle_beside(self, other: Hypothesis) -> bool:
         """Tell whether it is another one with more in it, which gains nothing."""
@@ -145,39 +148,3 @@ def unknowns_with(
     if ids[0] in effects:
         return [*before.unknowns, *unknowns_of(effects[ids[0]], parameters)]
     return freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])
-
-
-def _needed_torque(fit: Fitted) -> float:
-    """Return the rms of what a disturbance explains, in N·m.
-
-    Of a voltage it is the torque of its current at rest; below its noise a voltage is not known.
-    """
-    torque, voltage = fit.filtered.needed
-    voltage = np.sqrt(max(voltage**2 - fit.filtered.voltage_noise**2, 0.0))
-    return float(np.hypot(torque, fit.parameters[TORQUE_PER_AMPERE] / fit.parameters[RESISTANCE] * voltage))
-
-
-def misfit(fit: Fitted) -> float:
-    """Return the misfit of a fit; below 1 it is immaterial (see `constants`).
-
-    Its parts: the disturbance that it needs, noise beyond what is stated of the sensors, and parameters beyond their
-    tolerances.
-    """
-    disturbance = _needed_torque(fit) / (IMMATERIAL * fit.parameters[COULOMB])
-    noise = [*_variances(fit), fit.disturbance.noise.voltage]
-    beyond = sum(max(one - 1.0, 0.0) / WHITE for one in noise)
-    return float(np.sqrt(disturbance**2 + beyond + float(np.sum(over(fit.parameters, fit.unknowns) ** 2))))
-
-
-def _variances(fit: Fitted) -> list[float]:
-    """Return the mean square of each reading's innovations over the stated noise.
-
-    Instants without a reading do not count.
-    """
-    whitened, roots, noise = fit.filtered.whitened, fit.filtered.roots, fit.disturbance.noise
-    scales = (noise.current, 1.0, noise.plate)
-    return [
-        scale * float(np.mean(w[r > 0.0] ** 2))
-        for w, r, scale in zip(whitened.T, roots.T, scales, strict=True)
-        if (r > 0.0).any()
-    ]

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.estimation.calibration import first_disturbance, settled
 from etb_hil.estimation.climbing import Fitted, begun, climbed
-from etb_hil.estimation.filtering import filtered
+from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.record import Record
 from etb_hil.hypotheses.candidates import Candidate, can_show, candidates
-from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, are_numbers, fitted, misfit, unknowns_with
+from etb_hil.hypotheses.comparison import TOGETHER, Hypothesis, are_numbers, fitted, unknowns_with
 from etb_hil.hypotheses.constants import (
     BEGUN,
     EQUIVALENT_PARAMETER,
@@ -34,6 +35,7 @@ from etb_hil.hypotheses.constants import (
 )
 from etb_hil.hypotheses.informative_part import informative_part
 from etb_hil.hypotheses.linear import Start, ranked
+from etb_hil.hypotheses.misfit import ANY, Misfit, misfit
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.starts import beginning, from_elsewhere, likelier
 from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
@@ -41,19 +43,24 @@ from etb_hil.hypotheses.waves import several
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.parameters import Model
+from etb_hil.recording.samples import Float64
+
+# Where fits of hypotheses begin, by their ids: parameters and disturbance.
+Begins = Mapping[tuple[str, ...], tuple[Float64, Disturbance]]
+NONE: Begins = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
     """What was compared beside the causes before it, the best first.
 
-    `misfit`: that of the fit without any of them. `share`: of that, what a cause may leave.
+    `misfit`: that of the fit without any of them. `shares`: of each part of that, what a cause may leave.
     `is_material`: whether the best one leaves so little, or is the likeliest only.
     """
 
-    misfit: float
+    misfit: Misfit
     hypotheses: tuple[Hypothesis, ...]
-    share: float
+    shares: tuple[float, ...]
     is_material: bool
 
     @property
@@ -72,7 +79,7 @@ class Step:
         if not self.is_material:
             least = (1.0 - EQUIVALENT_SHAPE**2) * self.best.evidence
             return tuple(one for one in others if one.evidence > least)
-        others = [one for one in others if one.misfit < self.misfit]
+        others = [one for one in others if one.misfit.is_alternative_to(self.best.misfit, self.misfit, self.best.least)]
         return tuple(one for one in others if not self.best.excludes(one) and one.evidence > GAIN)
 
 
@@ -100,11 +107,11 @@ class Found:
     def verdict(self) -> str:
         """What the search comes to: adequate, explained, ambiguous, or unexplained."""
         left = misfit(self.final)
-        if left < NOTHING and not self.needed:
+        if left.is_nothing and not self.needed:
             return "adequate"
         is_named = self.needed and len(self.causes) == len(self.needed)
-        without = max([misfit(self.calibrated), *(step.misfit for step in self.needed[:1])])
-        if not is_named or left > max(NOTHING, EQUIVALENT_SHAPE * without):
+        without = [misfit(self.calibrated), *(step.misfit for step in self.needed[:1])]
+        if not is_named or not left.is_little(max(without, key=lambda one: one.total)):
             return "unexplained"
         return "ambiguous" if any(step.group for step in self.causes) else "explained"
 
@@ -160,8 +167,8 @@ def _late(record: Record, fit: Fitted, without: Collection[str]) -> Step | None:
         begins = [begun(record, p, others, each) for each in (fit.disturbance, first_disturbance(p))]
         before = max((settled(record, one) for one in begins), key=lambda one: one.posterior)
         found = Hypothesis.of((id_,), before, fit)
-        if found.evidence > GAIN and found.misfit < NEEDED * found.without and found.without > NOTHING:
-            return Step(found.without, (found,), NEEDED, is_material=True)
+        if found.evidence > GAIN and found.misfit.lessens(found.without):
+            return Step(found.without, (found,), ANY, is_material=True)
     return None
 
 
@@ -180,11 +187,11 @@ def _search(
     before them had ended in a local optimum, and begin again beside it.
     """
     before, in_tolerance = first, set[str]()
-    while len(steps) < MOST_CAUSES and misfit(before) > (MATERIAL if steps else immaterial):
+    while len(steps) < MOST_CAUSES and misfit(before).total > (MATERIAL if steps else immaterial):
         progress(f"looking for a cause beside {_named(steps)}" if steps else "looking for a cause")
-        is_doubted = _may_be_its_shape(steps)
+        shares = _shares_beside(steps)
         out = {*without, *_other_shapes(steps), *in_tolerance}
-        step = stepped(record, before, effects, out, EQUIVALENT_PARAMETER if is_doubted else NEEDED)
+        step = stepped(record, before, effects, out, shares, _fitted_before(steps))
         if step is None:
             break
         if step.best.is_in_tolerance(first.unknowns):
@@ -197,7 +204,7 @@ def _search(
                 steps.append(_compared_beside(record, before, last, step.best))
         else:
             steps.append(step)
-            if is_doubted and not step.is_material:
+            if not step.is_material and _is_doubted(step.misfit, shares):
                 break
         before = steps[-1].best.fit if steps else first
     return first
@@ -207,7 +214,7 @@ def _compared_beside(record: Record, before: Fitted, step: Step, calibration: Hy
     """Return a step with its fits begun again beside a calibration."""
     fits = side_by_side(lambda one: _begun_beside(record, one.fit, calibration, one.ids), step.hypotheses)
     begun_again = [Hypothesis.of(one.ids, before, fit) for one, fit in zip(step.hypotheses, fits, strict=True)]
-    return _decided(before, begun_again, step.share) or step
+    return _decided(before, begun_again, step.shares) or step
 
 
 def _begun_beside(record: Record, fit: Fitted, calibration: Hypothesis, kept: Collection[str] = ()) -> Fitted:
@@ -244,13 +251,35 @@ def _named(steps: Sequence[Step]) -> str:
     return " and ".join(id_ for step in steps for id_ in step.best.ids)
 
 
-def _may_be_its_shape(steps: Sequence[Step]) -> bool:
-    """Tell whether the residual may be there because the shape is not quite ours."""
-    if not steps or not steps[-1].is_material:
-        return False
-    last = steps[-1]
-    equivalent = EQUIVALENT_PARAMETER if are_numbers(last.best.ids) else EQUIVALENT_SHAPE
-    return last.best.misfit < equivalent * last.misfit
+def _fitted_before(steps: Sequence[Step]) -> Begins:
+    """Return where hypotheses ended beside fewer causes, with all later ones added."""
+    found = {}
+    for k, step in enumerate(steps):
+        for one in step.hypotheses:
+            parameters = one.fit.parameters
+            for later in steps[k:]:
+                parameters = later.best.added_to(parameters)
+            found[one.ids] = parameters, one.fit.disturbance
+    return found
+
+
+def _shares_beside(steps: Sequence[Step]) -> tuple[float, ...]:
+    """Return which share of each part of the misfit another cause may leave.
+
+    What one of the causes has left of a part may be there because its shape is not quite ours.
+    """
+    shares = list(ANY)
+    for step in filter(lambda step: step.is_material, steps):
+        equivalent = EQUIVALENT_PARAMETER if are_numbers(step.best.ids) else EQUIVALENT_SHAPE
+        for part, is_its in enumerate(step.best.misfit.lessened_to(step.misfit, equivalent)):
+            if is_its:
+                shares[part] = EQUIVALENT_PARAMETER
+    return tuple(shares)
+
+
+def _is_doubted(before: Misfit, shares: tuple[float, ...]) -> bool:
+    """Tell whether the shape of a cause may have left each material part of a misfit."""
+    return shares != ANY and all(part < MATERIAL or share < NEEDED for part, share in zip(before, shares, strict=True))
 
 
 def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]) -> list[Step]:
@@ -263,15 +292,34 @@ def _needed(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapp
         before = fit = found[k - 1].best.fit if k > 0 else first
         anew: list[Step] = []
         for step in later:
-            one = fitted(record, fit, step.best, effects)
+            one = _fitted_without(record, before, fit, found[k].best, step.best, effects)
             compared = step if anew else found[k]  # beside fewer causes
             competing = [other for other in compared.hypotheses if other.ids != one.ids]
-            anew.append(Step(misfit(fit), (one, *competing), NEEDED, is_material=True))
+            anew.append(Step(misfit(fit), (one, *competing), ANY, is_material=True))
             fit = one.fit
-        if misfit(fit) < NOTHING or misfit(found[-1].best.fit) > NEEDED * misfit(fit):
-            is_needed = misfit(fit) < NEEDED * misfit(before) or misfit(fit) < NOTHING <= misfit(before)
-            found[k:] = anew if is_needed else []
+        if not misfit(found[-1].best.fit).lessens(misfit(fit)):
+            found[k:] = anew if misfit(fit).lessens(misfit(before)) else []
     return found
+
+
+def _fitted_without(
+    record: Record,
+    first: Fitted,
+    before: Fitted,
+    out: Hypothesis,
+    cause: Hypothesis,
+    effects: Mapping[str, Effect],
+) -> Hypothesis:
+    """Return a later cause fitted beside a model without an earlier one, `out`.
+
+    `first` is the model before that one. The fit begins where it ended beside that one, too: from the model alone no
+    slope may lead there.
+    """
+    alone = fitted(record, before, cause, effects)
+    parameters = out.added_to(cause.fit.parameters, first.parameters)
+    begin = begun(record, parameters, alone.fit.unknowns, cause.fit.disturbance)
+    beside = settled(record, begin)
+    return alone if alone.fit.posterior >= beside.posterior else Hypothesis.of(cause.ids, before, beside)
 
 
 def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effects: Mapping[str, Effect]) -> list[Step]:
@@ -289,7 +337,7 @@ def _compared_again(record: Record, first: Fitted, causes: Sequence[Step], effec
             before = fitted(record, before, one.best, effects).fit
         named = {id_ for one in others for id_ in one.best.ids}
         competing = [one for one in step.hypotheses if not named & set(one.ids)]
-        anew = _decided(before, [fitted(record, before, one, effects) for one in competing], NEEDED)
+        anew = _decided(before, [fitted(record, before, one, effects) for one in competing], ANY)
         if anew is not None and anew.is_material:
             found = [*others, anew]
     return found
@@ -305,11 +353,13 @@ def stepped(
     before: Fitted,
     effects: Mapping[str, Effect],
     without: Container[str] = (),
-    share: float = NEEDED,
+    shares: tuple[float, ...] = ANY,
+    fitted_already: Begins = NONE,
 ) -> Step | None:
     """Return the likeliest hypotheses beside what a fit has already.
 
-    `without`: ids that are none. A cause that matters leaves a `share` of the misfit at most.
+    `without`: ids that are none. A cause that matters leaves its share of a part of the misfit at most.
+    `fitted_already`: see `_fitted_before`.
     """
     has = {one.effect.id for one in before.unknowns if one.effect}
     named = [one for id_, one in effects.items() if id_ not in without and id_ not in has]
@@ -322,55 +372,71 @@ def stepped(
     sets: list[tuple[str, ...]] = [(PARAMETER + name,) for name in base]
     sets += [tuple(PARAMETER + name for name in pair) for pair in TOGETHER if set(pair) <= set(base)]
     linear = ranked(record, before, known, sets)
-    starts = _begun_from([*side_by_side(lambda start: from_elsewhere(record, before, start, effects), linear)])
-    if share < NEEDED:
+    starts = [*side_by_side(lambda start: from_elsewhere(record, before, start, effects), linear)]
+    starts = _begun_from(starts, fitted_already)
+    if _is_doubted(misfit(before), shares):
         # A cause with which so little misfit remains is among the likeliest of the linear pass: if none of those is
         # one, the others need no fit.
-        step = _decided(before, _fitted_from(record, before, starts[:LIKELIEST], effects), share)
+        step = _decided(before, _fitted_from(record, before, starts[:LIKELIEST], effects, fitted_already), shares)
         if step is None or not step.is_material:
             return step
-    return _decided(before, _fitted_from(record, before, starts, effects), share)
+    return _decided(before, _fitted_from(record, before, starts, effects, fitted_already), shares)
 
 
-def _begun_from(starts: Sequence[Start]) -> list[Start]:
+def _begun_from(starts: Sequence[Start], fitted_already: Container[tuple[str, ...]]) -> list[Start]:
     """Return the starts whose fits are begun, the likeliest first.
 
-    They have enough of the linear evidence of the likeliest one, or are among the likeliest of all.
+    They have enough of the linear evidence of the likeliest one, are among the likeliest, or were fitted already.
     """
-    found = sorted(starts, key=lambda one: -one.evidence)[:FITTED]
-    return [one for k, one in enumerate(found) if k < LIKELIEST or one.evidence > HOPELESS * found[0].evidence]
+    found = sorted(starts, key=lambda one: -one.evidence)
+    least = HOPELESS * found[0].evidence if found else 0.0
+    return [
+        one
+        for k, one in enumerate(found)
+        if k < LIKELIEST or (k < FITTED and one.evidence > least) or one.ids in fitted_already
+    ]
 
 
 def _fitted_from(
-    record: Record, before: Fitted, starts: Sequence[Start], effects: Mapping[str, Effect]
+    record: Record,
+    before: Fitted,
+    starts: Sequence[Start],
+    effects: Mapping[str, Effect],
+    fitted_already: Begins,
 ) -> list[Hypothesis]:
     """Return the hypotheses of some starts that are hopeful.
 
-    Those that remain far behind the likeliest have no other starts.
+    Those that remain far behind the likeliest have no other starts. What was fitted beside less begins there, too.
     """
     few = record.few
     least = filtered(few, before.parameters, before.disturbance).log_likelihood
+    begins = [(start.ids, *beginning(few, before, start, least)) for start in starts]
+    begins += [(ids, *begin) for ids, begin in fitted_already.items() if ids in {start.ids for start in starts}]
 
-    def tried(start: Start, aim: float) -> Fitted:
-        p, disturbance = beginning(few, before, start, least)
-        return climbed(record, begun(record, p, unknowns_with(before, start.ids, p, effects), disturbance), BEGUN, aim)
+    def tried(begin: tuple[tuple[str, ...], Float64, Disturbance], aim: float) -> Hypothesis:
+        ids, p, disturbance = begin
+        fit = climbed(record, begun(record, p, unknowns_with(before, ids, p, effects), disturbance), BEGUN, aim)
+        return Hypothesis.of(ids, before, fit)
 
     def ended(begin: Hypothesis, best: Hypothesis | None) -> Hypothesis:
         aim = -np.inf if best is None else best.fit.posterior
         near = Hypothesis.of(begin.ids, before, climbed(record, begin.fit, aim=aim))
         if best is not None and best.excludes_by_far(near):
             return near
+        if best is not None and near.misfit.lessens(best.misfit):
+            aim = -np.inf  # it explains what the likeliest one does not: its end is worth knowing
         return Hypothesis.of(begin.ids, before, likelier(record, settled(record, near.fit, aim), begin.ids, aim))
 
-    first = [tried(start, -np.inf) for start in starts[:1]]
-    others = side_by_side(lambda start: tried(start, first[0].posterior), starts[1:])
-    fits = zip(starts, (*first, *others), strict=True)
-    hopeful = _hopeful(before, [Hypothesis.of(start.ids, before, fit) for start, fit in fits])
+    first = [tried(begin, -np.inf) for begin in begins[:1]]
+    others = side_by_side(lambda begin: tried(begin, first[0].fit.posterior), begins[1:])
+    hopeful = _hopeful(before, [*first, *others])
     found = [ended(begin, None) for begin in hopeful[:1]]
-    return [*found, *side_by_side(lambda begin: ended(begin, found[0]), hopeful[1:])]
+    found += side_by_side(lambda begin: ended(begin, found[0]), hopeful[1:])
+    likeliest = {one.ids: one for one in sorted(found, key=lambda one: one.evidence)}
+    return [*likeliest.values()]
 
 
-def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step | None:
+def _decided(before: Fitted, fits: Sequence[Hypothesis], shares: tuple[float, ...]) -> Step | None:
     """Return the step that some hypotheses make.
 
     None where no one is likelier than the fit before. The best one has a smaller misfit than that, if any has.
@@ -380,11 +446,13 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], share: float) -> Step |
     if not found:
         return None
     left = misfit(before)
-    lessening = [one for one in found if one.misfit < left] or found
+    lessening = [one for one in found if one.misfit.total < left.total] or found
     likeliest = [one for one in lessening if one.evidence > lessening[0].evidence - GAIN]
-    material = [one for one in likeliest if one.misfit < share * left]
-    best = (material or lessening)[0]
-    return Step(left, (best, *(one for one in found if one is not best)), share, bool(material))
+    # The largest part comes first: beside it, what explains another one may be fitted badly.
+    material = [one for one in found if one.misfit.lessens(left, shares)]
+    material = [one for one in material if one.misfit[left.largest] < NEEDED * left[left.largest]] or material
+    best = (material or likeliest)[0]
+    return Step(left, (best, *(one for one in found if one is not best)), shares, bool(material))
 
 
 def _hopeful(before: Fitted, tried: Sequence[Hypothesis]) -> list[Hypothesis]:

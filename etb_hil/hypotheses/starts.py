@@ -14,9 +14,9 @@ from etb_hil.estimation.filtering import Disturbance, filtered
 from etb_hil.estimation.prior import over
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, as_stated
-from etb_hil.hypotheses.comparison import misfit
-from etb_hil.hypotheses.constants import GAIN, GIVES_WAY, HALVINGS, LEAST_STEP, NOTHING, PARAMETER
+from etb_hil.hypotheses.constants import GAIN, GIVES_WAY, HALVINGS, LEAST_STEP, PARAMETER
 from etb_hil.hypotheses.linear import Start
+from etb_hil.hypotheses.misfit import misfit
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
@@ -107,7 +107,7 @@ def likelier(record: Record, fit: Fitted, ids: tuple[str, ...], aim: float) -> F
                 continue  # the record does not go there
             best = best.likelier_from(p, best.fit.disturbance, aim)
         reached = -np.inf
-        while best.fit.posterior > reached + GAIN and misfit(best.fit) > NOTHING:
+        while best.fit.posterior > reached + GAIN and not misfit(best.fit).is_nothing:
             reached = best.fit.posterior
             others = _across_samples(record, best.fit.parameters, one)
             others += _across_a_ridge(best.fit, one) if stated.is_strength else []

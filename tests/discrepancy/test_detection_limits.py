@@ -13,8 +13,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.hypotheses.candidates import candidates
-from etb_hil.hypotheses.comparison import misfit
-from etb_hil.hypotheses.constants import NOTHING
+from etb_hil.hypotheses.misfit import misfit
 from etb_hil.hypotheses.prepared import prepared
 from etb_hil.plant.device import Device, Driven
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -53,7 +52,7 @@ def test_a_calibration_leaves_of_an_effect_what_its_limit_promises(healthy, id_)
         with_it = MODEL.vector()
         with_it[list(effect.stated_indices)] = p[list(effect.stated_indices)]
         with_it[strength] = times * limit
-        assert (misfit(calibrated(with_it)) > NOTHING) == stands_out
+        assert misfit(calibrated(with_it)).is_nothing != stands_out
 
 
 def calibrated(p):

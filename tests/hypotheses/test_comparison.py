@@ -11,7 +11,8 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.estimation.record import record
-from etb_hil.hypotheses.comparison import are_numbers, misfit
+from etb_hil.hypotheses.comparison import are_numbers
+from etb_hil.hypotheses.misfit import Misfit, misfit
 from etb_hil.hypotheses.search import compared, searched
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
@@ -66,7 +67,7 @@ BASE = {"stiction", "coulomb", "preload_open", "preload_close", "torque_per_ampe
 
 def test_a_healthy_unit_leaves_nothing():
     found = searched(*_record())
-    assert misfit(found.calibrated) < 1.0
+    assert misfit(found.calibrated).is_nothing
     assert (found.verdict, found.causes) == ("adequate", ())
 
 
@@ -87,7 +88,7 @@ def test_a_healthy_unit_leaves_nothing():
 def test_a_number_that_is_wrong_excludes_all_others(kind, cause, others):
     first, *rest = _compared(kind, cause, *others)
     assert first.ids == (f"parameter:{cause}",)
-    assert first.misfit < 1.0 < first.without
+    assert first.misfit.total < 1.0 < first.without.total
     assert all(first.excludes(one) for one in rest)
     assert not any(one.excludes(first) for one in rest)
 
@@ -98,7 +99,7 @@ def test_what_gains_little_beside_a_cause_and_leaves_much_is_excluded_by_far():
     assert first.excludes_by_far(far)
     assert first.excludes(far)
     assert not first.excludes_by_far(replace(far, evidence=0.9 * first.evidence))
-    assert not first.excludes_by_far(replace(far, misfit=1.0))
+    assert not first.excludes_by_far(replace(far, misfit=Misfit(*[0.5] * len(far.misfit))))
     assert not replace(first, evidence=-100.0).excludes_by_far(replace(far, evidence=-99.0))
 
 

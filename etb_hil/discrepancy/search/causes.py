@@ -106,11 +106,11 @@ def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep
     before = findings.final
     winner = Refined(_candidate(best), before.fit, before.unknowns)
     found = SelectionStep(before, winner, _compared(step))
-    left = best.misfit / step.misfit
+    left = best.misfit.total / step.misfit.total
     if step.best is not best:
         found.rejection = _DRIFTS
-    elif left > step.share:
-        most = f"at most {100.0 * step.share:.0f} % is required"
+    elif not best.misfit.lessens(step.misfit, step.shares):
+        most = f"at most {100.0 * max(step.shares):.0f} % is required"
         found.rejection = f"the misfit with it is {100.0 * left:.0f} % of that without it; {most}"
     else:
         found.rejection = _IDLE
@@ -123,7 +123,7 @@ def _compared(step: Step) -> tuple[Compared, ...]:
         Compared(
             tuple(file_name(id_) for id_ in one.ids),
             one.evidence,
-            one.misfit / step.misfit,
+            one.misfit.total / step.misfit.total,
             one.fit.parameters[:EXTENDED],
         )
         for one in step.hypotheses
