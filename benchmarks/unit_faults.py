@@ -4,6 +4,7 @@
 
 For each kind of fault the independent throttle runs a friction check; the bench's idea of the unit is drawn inside its
 tolerances. Printed are verdict and causes with their ambiguity groups, with the component that all of them sit in.
+Units of the kinds from `none` on are healthy, with presliding, a Stribeck curve or a drift that the model has not.
 """
 
 import argparse
@@ -34,9 +35,15 @@ RIGHT = {
     "sensor": ("current_sensor_gain",),
     "worn-gear": ("gear_backlash",),
     "none": (),
+    "elasto-plastic": (),
+    "maxwell-slip": (),
+    "gms": (),
+    "exponent": ("stribeck_shape",),
+    "drift": (),
 }
+LAWS = ("elasto-plastic", "maxwell-slip", "gms")  # of presliding, as `Unit.law` numbers them
 COMPONENT = {
-    **dict.fromkeys(("everywhere", "break-away", "place", "direction"), Component.FRICTION),
+    **dict.fromkeys(("everywhere", "break-away", "place", "direction", "exponent"), Component.FRICTION),
     "spring": Component.SPRINGS,
     **dict.fromkeys(("motor", "winding"), Component.MOTOR),
     "sensor": Component.CURRENT_SENSOR,
@@ -71,7 +78,20 @@ def faulty(kind, rng):
         gain = 1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.08, 0.2)
     elif kind == "worn-gear":
         by = {"play": np.radians(rng.uniform(0.3, 1.0))}
+    else:
+        by = of_another_shape(kind, rng)
     return replace(unit, **by), gain
+
+
+def of_another_shape(kind, rng):
+    """Return what makes the friction of a healthy unit another one than the model's."""
+    if kind in LAWS:
+        return {"law": float(1 + LAWS.index(kind))}
+    if kind == "exponent":
+        return {"exponent": rng.uniform(0.5, 2.5)}
+    if kind == "drift":
+        return {"drift": rng.choice([-1.0, 1.0]) * rng.uniform(0.0, 0.02), "drift_ends": rng.uniform(3.0, 10.0)}
+    return {}
 
 
 def recorded(unit, gain, rate, rng):
@@ -115,7 +135,7 @@ def standing(kind, verdict, found, component):
 
 def one_case(kind, seed, rate):
     """Return how an answer stands to the truth, and print it."""
-    rng = np.random.default_rng([seed, sorted(RIGHT).index(kind)])
+    rng = np.random.default_rng([seed, *kind.encode()])
     unit, gain = faulty(kind, rng)
     model = bench_model(off_by_tolerances(Unit(), rng))
     measured = measurements_of(recorded(unit, gain, rate, rng), model)

@@ -161,7 +161,7 @@ def _predict(
     before = x[THETA]
     along = x[BRISTLE] if x[OMEGA] > 0.0 else -x[BRISTLE]
     straight = min(_STEADY + max(1.0 - along / p[COULOMB], 0.0), 1.0)
-    end_by_way = advance(x, p, p[TORQUE_PER_AMPERE] * current, 0.0, h, n, r, f)
+    end_by_way = advance(x, p, 0.0, p[TORQUE_PER_AMPERE] * current, 0.0, h, n, r, f)
     way = abs(x[THETA] - before)
     keeps = 1.0 - _RELAXES * h
     x[DISTURBANCE] *= keeps

@@ -39,6 +39,7 @@ from etb_hil.estimation.throttle import (
     parts_of,
     step,
 )
+from etb_hil.plant.effects.layout import ELASTIC
 from etb_hil.plant.physics import (
     BACK_EMF,
     INDUCTANCE,
@@ -58,8 +59,9 @@ READINGS = 3
 # disturbances, of the voltage's reading, where torque is unsure and by how much, the velocity (rad/s) below which the
 # plate rests, and from `SCALE` on what multiplies the variances of the noise of each reading (`READINGS`).
 # Torque is unsure by `JUMP` (A rms) within `NEAR` of `HOME` (rad), and beyond `LOW` and `HIGH` (rad) by `STIFFNESS`
-# (A/rad) times the way and `DAMPING` (A·s/rad) times the velocity. The bristles of a plate at rest are unsure by a
-# variance of `CREEP` times the way (A^2/rad). All are of the current that holds the torque: a record shows torques by
+# (A/rad) times the way and `DAMPING` (A·s/rad) times the velocity. The bristles of a plate at rest, and
+# elasto-plastic ones, whose way from elastic to yielding is open, are unsure by a variance of `CREEP` times the way
+# (A^2/rad). All are of the current that holds the torque: a record shows torques by
 # their currents alone, and is no likelier where all torques and the motor's constant are larger. They follow no other
 # parameter: the likelihood would depend on it by its noise, which no sensitivity of an innovation tells.
 (NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER, Q_TORQUE, Q_VOLTAGE,
@@ -222,7 +224,7 @@ def _spread(
             cov[i, j] = cov[j, i] = found + braking * b[j, BRAKING] + lost * b[j, LOST]
     cov[TORQUE, TORQUE] += s[Q_TORQUE] * (1.0 - f[TORQUE, TORQUE] * f[TORQUE, TORQUE])
     cov[VOLTAGE, VOLTAGE] += s[Q_VOLTAGE] * (1.0 - fades)
-    if abs(x[OMEGA]) < s[RESTS]:
+    if abs(x[OMEGA]) < s[RESTS] or p[ELASTIC] > 0.0:
         cov[BRISTLE, BRISTLE] += s[CREEP] * p[TORQUE_PER_AMPERE] ** 2 * goes
 
 

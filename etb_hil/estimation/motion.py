@@ -7,16 +7,17 @@ The momentum balance over a step of h s is solved for the way X that the plate g
     2 J (X / h - omega) = h (M(X) - spring(theta + X / 2) - d - F(X)) - sigma_1 (z(X) - z) - sigma_2 X
 
 M is the motor's mean torque, linear in the way: a winding's back-EMF and the end stops depend on it.
-The bristles follow eq. (2) of the seed paper exactly at the constant velocity X / h; F is their mean torque over the
-step. One Newton step from the explicit prediction solves the balance, and the derivatives are those of the implicit
-function. Every step of a filter needs two things of them: how the way changes, and how the bristles' end changes at a
-given way; the rest is linear in these.
+The bristles bend as `bristles` has it at the constant velocity X / h; F is their mean torque over the step. One Newton
+step from the explicit prediction solves the balance, and the derivatives are those of the implicit function. Every step
+of a filter needs two things of them: how the way changes, and how the bristles' end changes at a given way; the rest is
+linear in these.
 """
 
 from __future__ import annotations
 
 from etb_hil.base.compiled import njit
-from etb_hil.plant.exactmath import exp_neg, gauss
+from etb_hil.estimation.bristles import bent
+from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BRISTLE_DAMPING,
     BRISTLE_STIFFNESS,
@@ -56,20 +57,7 @@ ADAPTED = (
     SLOPE_CLOSE,
 )  # their places in the parameter vector, in the order above
 
-_SERIES_BELOW = 1e-2
 BENT_MOST = 1.2  # bristle torque over friction: bristles bent further wind up, and turn the sign of the velocity
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def decay(y: float) -> tuple[float, float, float]:
-    """Return exp(-y), its mean over 0 ... y, and the derivative of that mean."""
-    if y < _SERIES_BELOW:
-        mean = 1.0 - y * (0.5 - y * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0))))
-        return 1.0 - y * mean, mean, -0.5 + y * (1.0 / 3.0 - y * (0.125 - y * (1.0 / 30.0)))
-    end = exp_neg(y)
-    inverse = 1.0 / y
-    mean = (1.0 - end) * inverse
-    return end, mean, (end - mean) * inverse
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -90,7 +78,7 @@ def spring(theta: float, p: Vector) -> tuple[float, float, float]:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _first_way(x: Vector, p: Vector, motor: float, by_way: float, momentum: float, h: float) -> float:
+def _first_way(x: Vector, p: Vector, elastic: float, motor: float, by_way: float, momentum: float, h: float) -> float:
     """Return the way in rad of the explicit prediction.
 
     The prediction takes the bristles' stiffness into account. `momentum`: N·m·s that a way of 1 rad takes, doubled.
@@ -98,17 +86,23 @@ def _first_way(x: Vector, p: Vector, motor: float, by_way: float, momentum: floa
     omega, bristle = x[OMEGA], x[BRISTLE]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
     pull, _, _ = spring(x[THETA] + 0.5 * h * omega, p)
-    yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * bristle / g
-    damping = (0.5 * h * p[BRISTLE_STIFFNESS] + p[BRISTLE_DAMPING]) * yields + p[VISCOUS]
+    yields = (1.0 if omega >= 0.0 else -1.0) * bristle / g
+    if elastic > 0.0:
+        yields = max(yields - elastic, 0.0) / (1.0 - elastic)
+    damping = (0.5 * h * p[BRISTLE_STIFFNESS] + p[BRISTLE_DAMPING]) * (1.0 - yields) + p[VISCOUS]
     free = motor - pull - x[DISTURBANCE] - bristle
     return (2.0 * p[INERTIA] * omega + h * free) / (momentum + damping - h * by_way)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n: int, r: Vector, f: Vector) -> float:
+def advance(
+    x: Vector, p: Vector, elastic: float, motor: float, motor_by_way: float, h: float, n: int, r: Vector, f: Vector
+) -> float:
     """Move the state by h s under the motor's mean torque in N·m.
 
     Fill in the derivatives by the first n states.
+
+    `elastic`: the share of friction up to which bristles are elastic, 0 for LuGre's.
 
     `motor`: the torque where the plate stays, `motor_by_way`: its derivative by the way, N·m/rad.
 
@@ -118,46 +112,38 @@ def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n
     theta, omega, bristle = x[THETA], x[OMEGA], x[BRISTLE]
     j, sigma_0, viscous = p[INERTIA], p[BRISTLE_STIFFNESS], p[VISCOUS]
     lag, momentum = p[BRISTLE_DAMPING] / sigma_0, 2.0 * j / h
-    way = _first_way(x, p, motor, motor_by_way, momentum, h)
+    way = _first_way(x, p, elastic, motor, motor_by_way, momentum, h)
     per_way = 1.0 / (h * p[STRIBECK_VELOCITY])
     ratio = way * per_way
     shape = gauss(ratio)
     falls = (p[STICTION] - p[COULOMB]) * shape
     g = p[COULOMB] + falls
     pull, stiff, acts = spring(theta + 0.5 * way, p)
-    sign = 1.0 if way >= 0.0 else -1.0
-    per_g = 1.0 / g
-    y = sigma_0 * abs(way) * per_g
-    e, mean, slope = decay(y)
-    away = bristle - g * sign
-    end, average = g * sign + away * e, g * sign + away * mean
-    # Derivatives by y, by g at a given way, and by the way.
-    end_by_y, average_by_y = -away * e, away * slope
-    end_by_g = sign * (1.0 - e) - end_by_y * y * per_g
-    load_by_g = h * (sign * (1.0 - mean) - average_by_y * y * per_g) + lag * end_by_g
-    g_by_way = -2.0 * falls * ratio * per_way
-    y_by_way = sigma_0 * sign * per_g
-    end_by_way = end_by_y * y_by_way + end_by_g * g_by_way
-    load_by_y = h * average_by_y + lag * end_by_y
+    b = bent(bristle, way, g, elastic, sigma_0)
+    end, g_by_way = b.end, -2.0 * falls * ratio * per_way
+    end_by_way = b.end_by_way + b.end_by_friction * g_by_way
+    load_by_way = h * b.mean_by_way + lag * b.end_by_way
+    load_by_g = h * b.mean_by_friction + lag * b.end_by_friction
     gains = momentum * way - 2.0 * j * omega
     drag = lag * (end - bristle)
-    balance = gains - h * (motor + motor_by_way * way - pull - x[DISTURBANCE] - average) + drag + viscous * way
-    by_way = momentum + 0.5 * h * stiff - h * motor_by_way + viscous + load_by_y * y_by_way + load_by_g * g_by_way
+    balance = gains - h * (motor + motor_by_way * way - pull - x[DISTURBANCE] - b.mean) + drag + viscous * way
+    by_way = momentum + 0.5 * h * stiff - h * motor_by_way + viscous + load_by_way + load_by_g * g_by_way
     per = -1.0 / by_way
-    way += balance * per
+    goes = way + balance * per
     end += end_by_way * balance * per
-    r[THETA], r[OMEGA], r[BRISTLE] = h * stiff * per, -2.0 * j * per, (h * mean + lag * (e - 1.0)) * per
+    r[THETA], r[OMEGA] = h * stiff * per, -2.0 * j * per
+    r[BRISTLE] = (h * b.mean_by_bristle + lag * (b.end_by_bristle - 1.0)) * per
     r[DISTURBANCE], r[LEVEL] = h * per, load_by_g * g * per
     f[THETA] = f[OMEGA] = f[DISTURBANCE] = 0.0
-    f[BRISTLE], f[LEVEL] = e, end_by_g * g
+    f[BRISTLE], f[LEVEL] = b.end_by_bristle, b.end_by_friction * g
     if n > MOVING:
         by_stiction, by_stribeck = p[STICTION] * shape, 2.0 * falls * ratio * ratio
-        r[AT_STICTION], f[AT_STICTION] = load_by_g * by_stiction * per, end_by_g * by_stiction
-        r[AT_STRIBECK], f[AT_STRIBECK] = load_by_g * by_stribeck * per, end_by_g * by_stribeck
-        r[AT_STIFFNESS], f[AT_STIFFNESS] = (load_by_y * y - drag) * per, end_by_y * y
-        r[AT_VISCOUS], r[AT_INERTIA], r[AT_CONSTANT] = viscous * way * per, gains * per, -h * motor * per
-        _by_springs(theta + 0.5 * way - p[LIMP_HOME], h * acts * per, r)
-    x[THETA], x[OMEGA], x[BRISTLE] = theta + way, 2.0 * way / h - omega, end
+        r[AT_STICTION], f[AT_STICTION] = load_by_g * by_stiction * per, b.end_by_friction * by_stiction
+        r[AT_STRIBECK], f[AT_STRIBECK] = load_by_g * by_stribeck * per, b.end_by_friction * by_stribeck
+        r[AT_STIFFNESS], f[AT_STIFFNESS] = (load_by_way * way - drag) * per, b.end_by_way * way
+        r[AT_VISCOUS], r[AT_INERTIA], r[AT_CONSTANT] = viscous * goes * per, gains * per, -h * motor * per
+        _by_springs(theta + 0.5 * goes - p[LIMP_HOME], h * acts * per, r)
+    x[THETA], x[OMEGA], x[BRISTLE] = theta + goes, 2.0 * goes / h - omega, end
     return end_by_way
 
 

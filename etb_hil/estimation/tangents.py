@@ -17,8 +17,9 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.base.copying import copy_into, copy_matrix
 from etb_hil.estimation import forces
+from etb_hil.estimation.bristles import bent
 from etb_hil.estimation.kalman import READINGS, ROUNDING, SIZE
-from etb_hil.estimation.motion import decay, spring
+from etb_hil.estimation.motion import spring
 from etb_hil.estimation.throttle import (
     BRAKING,
     BRISTLE,
@@ -34,6 +35,7 @@ from etb_hil.estimation.throttle import (
     growth,
     parts_of,
 )
+from etb_hil.plant.effects.layout import ELASTIC
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -44,7 +46,6 @@ from etb_hil.plant.physics import (
     INDUCTANCE,
     INERTIA,
     LIMP_HOME,
-    PARAMETERS,
     PRELOAD_CLOSE,
     PRELOAD_OPEN,
     RESISTANCE,
@@ -151,7 +152,7 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, added: float, p: Vector,
     The step goes from a state to the predicted one dt s later. Springs and stops change within it: they are taken where
     the filter takes them. `added`: share that effects add to friction.
 
-    `out` (`PARAMETERS`, `LACKING`): 0 where nothing is lacking.
+    `out` (`ELASTIC` + 1, `LACKING`): 0 where nothing is lacking.
     """
     omega = 0.5 * (x[OMEGA] + ahead[OMEGA])
     current = 0.5 * (x[CURRENT] + ahead[CURRENT])
@@ -177,15 +178,15 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, added: float, p: Vector,
     out[VISCOUS, BRAKING], out[INERTIA, BRAKING] = omega, (ahead[OMEGA] - x[OMEGA]) / dt
     bends = ahead[BRISTLE] - x[BRISTLE]
     out[BRISTLE_DAMPING, BRAKING] = bends / p[BRISTLE_STIFFNESS] / dt
-    # Over a way of y bristle lengths torque goes from z to g + (z - g) exp(-y). Stiffer bristles move that end and the
-    # mean on the way there; the damping takes the end's part of the change, and is the smaller by as much.
-    keeps, mean, slope = decay(p[BRISTLE_STIFFNESS] * abs(ahead[THETA] - x[THETA]) / (level * (1.0 + added)))
-    end = bends * keeps / mean / p[BRISTLE_STIFFNESS]
-    lag = p[BRISTLE_DAMPING] / p[BRISTLE_STIFFNESS]
-    out[BRISTLE_STIFFNESS, BRAKING] = -bends * slope / mean / p[BRISTLE_STIFFNESS] + lag * (
-        end / dt - out[BRISTLE_DAMPING, BRAKING]
-    )
-    out[BRISTLE_STIFFNESS, BENDING] = end
+    # Stiffer bristles move their end and the mean on the way there; the damping takes the end's part of the change, and
+    # is the smaller by as much.
+    way, lag = ahead[THETA] - x[THETA], p[BRISTLE_DAMPING] / p[BRISTLE_STIFFNESS]
+    b = bent(x[BRISTLE], way, level * (1.0 + added), p[ELASTIC], p[BRISTLE_STIFFNESS])
+    stiffer = way / p[BRISTLE_STIFFNESS]
+    out[BRISTLE_STIFFNESS, BENDING] = end = stiffer * b.end_by_way
+    out[BRISTLE_STIFFNESS, BRAKING] = stiffer * b.mean_by_way + lag * (end / dt - out[BRISTLE_DAMPING, BRAKING])
+    out[ELASTIC, BENDING] = b.end_by_share
+    out[ELASTIC, BRAKING] = b.mean_by_share + lag * b.end_by_share / dt
     out[TORQUE_PER_AMPERE, BRAKING], out[BACK_EMF, LOST] = -current, omega
     # The current's change dies away by exp(-y) within the sample: what is lacking is the voltage that, held through it,
     # moves the end as much.
@@ -264,7 +265,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     memories, plain = np.zeros((2, ne, forces.MEMORY)), np.zeros((2, ne, forces.MEMORY))  # and as predicted
     added, one = np.zeros((_BLOCK, forces.ALONG, ne)), np.zeros((_BLOCK, forces.ALONG))
     without, out = np.zeros((_BLOCK, forces.ALONG)), np.zeros(forces.ADDED)
-    lacks = np.zeros((PARAMETERS, LACKING))
+    lacks = np.zeros((ELASTIC + 1, LACKING))
     read_at = _read_at(since, states, predicted, whitened, roots, gains)
     last, begin, until_k = len(dt) - 1, 0, 0
     for k in range(len(dt)):

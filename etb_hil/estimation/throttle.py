@@ -12,7 +12,9 @@ from __future__ import annotations
 import math
 
 from etb_hil.base.compiled import njit
-from etb_hil.estimation.motion import BENT_MOST, MOVING, advance, decay
+from etb_hil.estimation.bristles import decay
+from etb_hil.estimation.motion import BENT_MOST, MOVING, advance
+from etb_hil.plant.effects.layout import ELASTIC
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -106,7 +108,7 @@ def step(
     braking = push + acting[BRAKING] - stiffness * half - damping * omega
     motor = k * (mean * x[CURRENT] + (1.0 - mean) * driven / resistance) - braking
     before = x[THETA]
-    bend = advance(x, p, motor, by_way, h, MOVING, r, by)
+    bend = advance(x, p, p[ELASTIC], motor, by_way, h, MOVING, r, by)
     way = x[THETA] - before
     p[COULOMB], p[STICTION] = coulomb, stiction
     moves = omega * omega / (omega * omega + rests * rests)

@@ -28,6 +28,9 @@ KNOTS, DRIFTS = 9, 0.9
 LOCAL = 0.25
 # How far a bench may sample a voltage beside its changes, in samples.
 OFFSET = 0.6
+# Shares of friction up to which elasto-plastic bristles may be elastic, which no file states: below the least they are
+# near LuGre's, above the most they yield on less way than encoders show.
+ELASTIC_SHARES = (0.3, 0.95)
 # How far a plate's sensor may be from its zero, in rad.
 ZERO = 0.01
 # How far a plate may press a stop in, in rad: where fits of a stop that the motion ends at begin.

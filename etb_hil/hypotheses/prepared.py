@@ -13,10 +13,11 @@ from etb_hil.estimation.kalman import STEP_MOTOR, STEP_PLATE
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import as_seen, unknowns_of
-from etb_hil.hypotheses.constants import OFFSET
+from etb_hil.hypotheses.constants import ELASTIC_SHARES, OFFSET
 from etb_hil.hypotheses.terms import bench_unknowns, with_room, with_terms
 from etb_hil.plant.device_effects import effects_of, largest_torque
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.layout import ELASTIC
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import INDUCTANCE, LIMP_HOME, STOP_HIGH, STOP_LOW
@@ -50,7 +51,7 @@ def prepared(whole: Record, model: Model) -> Prepared:
     effects = effects_of(model, largest_torque(model, record.voltage))
     base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
     seen = as_seen(record, effects, model.values.gear_ratio)
-    unknowns = (*base, *bench_unknowns(record), *_stated(model, effects), *_late(record, seen, p))
+    unknowns = (*base, *_bristles(p), *bench_unknowns(record), *_stated(model, effects), *_late(record, seen, p))
     return Prepared(record, seen, unknowns, p)
 
 
@@ -69,6 +70,13 @@ def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
         return unknown
     reach = unknown.reach + off
     return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
+
+
+def _bristles(parameters: Float64) -> list[Unknown]:
+    """Return the elastic share of elasto-plastic bristles, which no file states."""
+    share = float(parameters[ELASTIC])
+    low, high = ELASTIC_SHARES
+    return [Unknown("elastic_share", ELASTIC, share, (high - low) / np.sqrt(12.0), low=low, high=high)] if share else []
 
 
 def _late(record: Record, effects: Mapping[str, Effect], parameters: Float64) -> list[Unknown]:

@@ -6,7 +6,6 @@ time, so that two of the three passes are nearly always cached.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +14,8 @@ from numpy.typing import NDArray
 from etb_hil.base.compiled import njit
 from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.cache import Cache
-from etb_hil.plant.effects import backlash_contact, ports
+from etb_hil.plant.bristle import bend
+from etb_hil.plant.effects import backlash_contact, layout, ports
 from etb_hil.plant.effects.layout import PLATE_INERTIA
 from etb_hil.plant.effects.port import ELASTIC, FRICTION, Port
 from etb_hil.plant.physics import (
@@ -53,7 +53,8 @@ _OF_THE_PLATE = np.array([
     STOP_STIFFNESS, STOP_DAMPING, PLATE_INERTIA, *ports.places(*ELASTIC, Port.PLATE_LEAD),
 ])  # fmt: skip
 _OF_THE_BRISTLES = np.array([
-    COULOMB, STICTION, STRIBECK_VELOCITY, BRISTLE_STIFFNESS, BRISTLE_DAMPING, *ports.places(*FRICTION),
+    COULOMB, STICTION, STRIBECK_VELOCITY, BRISTLE_STIFFNESS, BRISTLE_DAMPING, layout.ELASTIC,
+    *ports.places(*FRICTION),
 ])  # fmt: skip
 _OF_THE_LOAD = np.array(ports.strengths_that_ask("load", *FRICTION))
 
@@ -147,7 +148,7 @@ def _carry(
     p: Vector,
     carried: Vector,
 ) -> None:
-    """Fill in the bristles' torque, exact over the travel (seed paper, eq. 2)."""
+    """Fill in the bristles' torque, exact over the travel."""
     friction_acts = ports.acting(p)[0]
     sigma_0, sigma_1 = p[BRISTLE_STIFFNESS], p[BRISTLE_DAMPING]
     continue_from = int(_SETTLE / dt)
@@ -163,8 +164,7 @@ def _carry(
             g = ports.plain_friction_level(omega, p)
         before = bristle
         if way != 0.0:
-            end = math.copysign(g / sigma_0, way)
-            bristle = end + (bristle - end) * math.exp(-sigma_0 * abs(way) / g)
+            bristle, _, _, _ = bend(bristle, way, g, g, sigma_0, 1.0 / sigma_0, p[layout.ELASTIC])
         friction = sigma_0 * bristle
         # The bristles' rate between two samples is told to both of them: it is centred, then.
         rate = 0.5 * sigma_1 * (bristle - before) / dt

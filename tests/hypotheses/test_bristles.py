@@ -1,0 +1,42 @@
+"""Healthy and faulty units whose bristles stay below break-away, where the model file says so.
+
+The independent bristles yield along another curve than ours, and begin to at another share of friction.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import Unit, friction_check, off_by_tolerances
+from throttle_as_model import record_until_the_bridge_opens
+
+from etb_hil.hypotheses.misfit import misfit
+from etb_hil.hypotheses.search import searched
+from etb_hil.plant.model_file import FrictionModel
+
+RATE = 1000
+ELASTO_PLASTIC = 1  # as `Unit.law` numbers it
+
+
+def _found(unit, seed, law=FrictionModel.ELASTO_PLASTIC):
+    unit, bench = replace(unit, law=ELASTO_PLASTIC), off_by_tolerances(Unit(), np.random.default_rng(seed))
+    record, model = record_until_the_bridge_opens(unit, bench, friction_check(unit), RATE, seed)
+    return searched(record, replace(model, friction_model=law))
+
+
+@pytest.mark.parametrize("seed", [81, 82])
+def test_a_healthy_unit_has_no_cause(seed):
+    found = _found(Unit(), seed)
+    assert (found.verdict, found.causes) == ("adequate", ())
+
+
+def test_a_break_away_that_is_too_hard_is_named():
+    found = _found(Unit(stiction=0.5), 83)
+    assert found.verdict == "explained"
+    assert [step.best.ids for step in found.causes] == [("parameter:stiction",)]
+
+
+def test_where_the_file_says_lugre_nothing_wrong_is_named():
+    found = _found(Unit(), 81, FrictionModel.LUGRE)
+    assert misfit(found.calibrated).torque > 10.0
+    assert (found.verdict, found.causes) == ("unexplained", ())
