@@ -33,9 +33,13 @@ from etb_hil.plant.value_units import value_unit
 from etb_hil.results.explained.causes import Candidate, Cause, ParameterEstimate
 from etb_hil.results.explained.errors import Errors, ModelErrors, WorstSegment
 from etb_hil.results.explained.models import LAST_FIT, CalibratedParameter, ModelFile, ModelledFriction, Nuisance
-from etb_hil.results.explained.residual import BalanceResidual, Excess, Unexplained
+from etb_hil.results.explained.residual import BalanceResidual, DataQuality, Excess, Unexplained
 from etb_hil.results.explanation import ExplanationResult
 
+_OTHER_BRISTLES = (
+    "the record shows elasto-plastic bristles, and the model file has LuGre's: all numbers are of a model with "
+    "friction_model: elasto-plastic; state it in the file"
+)
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 
 
@@ -56,7 +60,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResul
         balances=_balances(findings),
         detection_limits=detection_limits(findings),
         next_test=next_test(findings),
-        data_quality=data_quality(findings.balances, findings.model),
+        data_quality=_data_quality(findings),
     )
     if holdout is None:
         return found
@@ -66,6 +70,14 @@ def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResul
         over_reference=holdout.gains["reference"],
     )
     return replace(found, errors=_errors(findings, holdout), gain=gain)
+
+
+def _data_quality(findings: Findings) -> tuple[DataQuality, ...]:
+    """Return the quality of each segment, and whether bristles are not the file's."""
+    found = data_quality(findings.balances, findings.model)
+    if not findings.has_other_bristles:
+        return found
+    return tuple(replace(one, flags=(*one.flags, _OTHER_BRISTLES)) for one in found)
 
 
 def _errors(findings: Findings, holdout: Holdout) -> Errors:

@@ -71,7 +71,7 @@ class Findings:
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
     causes. `tested`: ids of all candidates that these data can show. `found`: what the likelihood finds, None where it
-    was not asked.
+    was not asked. `has_other_bristles`: `model` has elasto-plastic bristles, and the model file LuGre's.
     """
 
     model: Model
@@ -85,6 +85,7 @@ class Findings:
     found: Found | None = None
     verdict: str = ""
     is_interrupted: bool = False
+    has_other_bristles: bool = False
 
     @property
     def is_linear(self) -> bool:

@@ -1,11 +1,13 @@
 """The search for what a model lacks in its measurements.
 
-Calibrate by the balances, find the noise floor of the case, and accept the causes that the likelihood finds.
+Calibrate by the balances, find the noise floor of the case, and accept the causes that the likelihood finds. Where they
+explain nothing, bristles of the other law may.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from etb_hil.discrepancy.candidates.candidate import candidates_for
 from etb_hil.discrepancy.fitting.balances import Balances
@@ -18,6 +20,8 @@ from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.force_scale import consider_force_scale
 from etb_hil.discrepancy.search.interruption import Interrupted
 from etb_hil.discrepancy.search.thresholds import excess
+from etb_hil.hypotheses.constants import GAIN
+from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model
 
 Progress = Callable[[str], None]
@@ -30,8 +34,39 @@ def search(
 ) -> Findings:
     """Search for what a model lacks in its measurements; `without`: ids not tested.
 
+    By which law bristles bend is no fault of a unit: where a model with LuGre's is unexplained, one with elasto-plastic
+    bristles is searched, too, and taken if it is likelier and explained.
+
     An interrupt after the calibration ends the search with what it knows; right after it, as `Interrupted`.
     """
+    findings = _searched(model, balances, without, progress)
+    if findings.verdict != "unexplained" or findings.is_interrupted or not _may_have_other_bristles(model):
+        return findings
+    progress("trying elasto-plastic bristles")
+    other = replace(model, friction_model=FrictionModel.ELASTO_PLASTIC)
+    try:
+        others = _searched(other, [Balances(b.measured, other) for b in balances], without, progress)
+    except Interrupted:
+        others = None
+    if others is None or others.is_interrupted:
+        findings.is_interrupted = True
+    elif others.verdict != "unexplained" and _is_likelier(others, findings):
+        others.has_other_bristles = True
+        return others
+    return findings
+
+
+def _may_have_other_bristles(model: Model) -> bool:
+    return model.device.is_throttle and model.friction_model is FrictionModel.LUGRE
+
+
+def _is_likelier(findings: Findings, others: Findings) -> bool:
+    """Tell whether the calibrated model of some findings is the likelier one."""
+    its, theirs = findings.found, others.found
+    return its is not None and theirs is not None and its.calibrated.evidence > theirs.calibrated.evidence + GAIN
+
+
+def _searched(model: Model, balances: Sequence[Balances], without: Sequence[str], progress: Progress) -> Findings:
     segments, stated = list(balances), model.as_stated()
     progress("calibrating inside the stated tolerances")
     calibration = calibrate(stated, segments)

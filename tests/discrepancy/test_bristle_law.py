@@ -1,0 +1,45 @@
+"""A healthy unit whose bristles stay below break-away, with a model file that says LuGre: the law is no fault."""
+
+import numpy as np
+import pytest
+from independent_throttle import SAMPLE_S, Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model
+
+from etb_hil.discrepancy.explain import explain
+from etb_hil.plant.model_file import FrictionModel
+from etb_hil.plant.model_text import model_text
+from etb_hil.plant.parameters import load_model
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import SampleBlock
+
+RATE = 1000
+
+
+@pytest.fixture(scope="module")
+def answer():
+    rng, unit = np.random.default_rng(91), Unit(law=1)
+    truth, phases = friction_check(unit)
+    seen = sense(unit, truth, RATE, rng, current_offset=0.0)
+    part = slice(0, phases[-1][1] * RATE // round(1.0 / SAMPLE_S))  # until the bridge opens
+    columns = {
+        "motor_current": seen.current[part],
+        "motor_angle": seen.motor_angle[part],
+        "motor_voltage": seen.voltage[part],
+        "throttle_angle": seen.throttle_angle[part],
+    }
+    time_ns = seen.time_ns[part]
+    recording = Recording("friction check", ClockGrade.TABLE)
+    recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    return explain([recording], bench_model(off_by_tolerances(Unit(), rng)))
+
+
+def test_the_unit_is_adequate_with_the_law_that_the_record_shows(answer):
+    found = answer.explanation
+    assert (found.verdict, found.causes) == ("adequate", ())
+    assert all(any("elasto-plastic" in flag for flag in one.flags) for one in found.data_quality)
+
+
+def test_the_model_that_is_written_has_that_law(answer, tmp_path):
+    path = tmp_path / "model.yaml"
+    path.write_text(model_text(answer.model, "as found"), "utf-8")
+    assert load_model(path).friction_model is FrictionModel.ELASTO_PLASTIC
