@@ -129,7 +129,7 @@ def standing(kind, verdict, found, component):
     if verdict == "explained":
         return "wrong"
     if component:
-        return "component named" if component == COMPONENT[kind] else "wrong component"
+        return "component named" if component == COMPONENT.get(kind) else "wrong component"
     return "ambiguous with the truth" if any(group & right for group in groups) else "ambiguous without the truth"
 
 

@@ -195,7 +195,7 @@ def _distinguished_by_others(
         judged = said.unless_interrupted(f"asking {other[0].origin}", search, findings.model, balances)
         if judged is None or judged.is_interrupted:
             said.interrupt()  # what a part of a search leaves open is nobody's ambiguity group
-        elif not too_little_to_reject(judged, other):
+        elif not too_little_to_reject(judged, other) and not judged.has_other_bristles:
             found += narrow(findings, judged)
     return tuple(found)
 

@@ -42,12 +42,15 @@ from etb_hil.estimation.throttle import (
 from etb_hil.plant.effects.layout import ELASTIC
 from etb_hil.plant.physics import (
     BACK_EMF,
+    BRISTLE_STIFFNESS,
+    COULOMB,
     INDUCTANCE,
     LIMP_HOME,
     RESISTANCE,
     STICTION,
     STOP_STIFFNESS,
     TORQUE_PER_AMPERE,
+    VOLTAGE_LIMIT,
     Vector,
 )
 from etb_hil.recording.samples import Float64, Int64
@@ -225,7 +228,9 @@ def _spread(
     cov[TORQUE, TORQUE] += s[Q_TORQUE] * (1.0 - f[TORQUE, TORQUE] * f[TORQUE, TORQUE])
     cov[VOLTAGE, VOLTAGE] += s[Q_VOLTAGE] * (1.0 - fades)
     if abs(x[OMEGA]) < s[RESTS] or p[ELASTIC] > 0.0:
-        cov[BRISTLE, BRISTLE] += s[CREEP] * p[TORQUE_PER_AMPERE] ** 2 * goes
+        # What bristles were unsure by, they forget over a way.
+        per = 2.0 * p[BRISTLE_STIFFNESS] / p[COULOMB]
+        cov[BRISTLE, BRISTLE] += s[CREEP] * p[TORQUE_PER_AMPERE] ** 2 * (1.0 - math.exp(-per * goes)) / per
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -304,12 +309,12 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     Innovations are whitened. The state begins anew where a segment does.
 
     `since`, `heat` (n): see `Record`; `dt` (n): s to the next sample; `voltage` (n): V, held as long; `unsure` (n): its
-    variance beyond the reading's noise, V^2; `temperature` (n): degC; `level` (n): share added to friction; `readings`
-    (n, 3), NaN where there is none; `apart` (n): see `forces.begin`; `later` (n, 3): how long behind the sample each
-    was true, s; `lasts` (n): share of the motor's rounding error that the next sample has, too. `active`: indices of
-    the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n, 3): innovations in their standard
-    deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read. Both are lowered where an
-    innovation is large. With `is_kept` also
+    variance beyond the reading's noise, V^2, infinite where the bridge is open; `temperature` (n): degC; `level` (n):
+    share added to friction; `readings` (n, 3), NaN where there is none; `apart` (n): see `forces.begin`; `later` (n,
+    3): how long behind the sample each was true, s; `lasts` (n): share of the motor's rounding error that the next
+    sample has, too. `active`: indices of the effects in `p`. `states` (n, `SIZE`): after the readings. `whitened` (n,
+    3): innovations in their standard deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where none was read.
+    Both are lowered where an innovation is large. With `is_kept` also
     `slopes` (n, 3, 4): of the readings by their own state, the velocity, the disturbance voltage and by how much the
     velocity grew since the sample before, `gains` (n, 3,
     `SIZE`), `moves` (n, `SIZE`, `SIZE`) and `responses` (n, `SIZE`, `FORCES`) of the prediction, and `ahead` (n,
@@ -368,7 +373,11 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                     by_voltage = (share - 1.0) / p[RESISTANCE]
                     by_omega = p[BACK_EMF] * by_voltage
                     by_faster = 0.5 * later[k, m] * by_omega
-                    noise += ((1.0 - share) / p[RESISTANCE]) ** 2 * (s[NOISE_VOLTAGE] + unsure[k]) / s[SCALE + m]
+                    noise += (
+                        ((1.0 - share) / p[RESISTANCE]) ** 2
+                        * (s[NOISE_VOLTAGE] + min(unsure[k], p[VOLTAGE_LIMIT] ** 2))
+                        / s[SCALE + m]
+                    )
                 moves_by = current_rate(x, voltage[k], p)
             elif m == 1:
                 moves_by = x[OMEGA]
@@ -436,10 +445,11 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             copy_matrix(covariances[k], cov)
         if k > 0 and since[k] == 0.0:
             pass_time(active, states[k - 1], x[THETA], voltage[k - 1], temperature[k - 1], dt[k - 1], memory, p)
-        # Of an unsure voltage the back-EMF is a part: that of an open bridge follows it, so that no current flows.
-        back_emf, driving = p[BACK_EMF], voltage[k]
-        if unsure[k] > 0.0:
+        # The voltage of an open bridge follows the back-EMF, so that no current flows.
+        back_emf, driving, off = p[BACK_EMF], voltage[k], unsure[k]
+        if math.isinf(off):
             p[BACK_EMF] = driving = 0.0
+            off = p[VOLTAGE_LIMIT] ** 2
         if len(active) > 0:
             copy_into(within, 0, memory)
             pass_time(active, states[k], x[THETA] + 0.5 * h * x[OMEGA], voltage[k], temperature[k], 0.5 * h, within, p)
@@ -449,7 +459,7 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
         x[ROUNDING] *= f[ROUNDING, ROUNDING]
         copy_into(coming, 0, memory)
         pass_time(active, states[k], x[THETA], voltage[k], temperature[k], h, coming, p)
-        _spread(cov, f, b, x, h, unsure[k], s, p, work[:STATES])
+        _spread(cov, f, b, x, h, off, s, p, work[:STATES])
         is_afresh = is_afresh or (k + 1 < len(dt) and since[k + 1] > 0.0)
         if is_kept:
             levels[k] = acting[LEVEL]
@@ -458,4 +468,4 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
                 for j in range(SIZE):
                     moves[k, i, j] = 0.0 if is_afresh else f[i, j]
                 for j in range(FORCES):
-                    responses[k, i, j] = 0.0 if j == LOST and unsure[k] > 0.0 else b[i, j]
+                    responses[k, i, j] = 0.0 if j == LOST and math.isinf(unsure[k]) else b[i, j]

@@ -45,10 +45,11 @@ class Record:
 
     `since`: where a segment begins, s since the sample before it, infinite where nothing is known of that time; 0
     elsewhere. `heat`: mean square of the current in that time, A^2. `dt`: s to the next sample; `voltage`: V, held as
-    long; `unsure`: its variance beyond the reading's noise, V^2; `temperature`: degC; `readings` (n, 3): current,
-    motor's and plate's angle, NaN where there is none; `lasts`: see `lasting`. `settings`: see `kalman`; the two
-    disturbances and the multiples of the noise are set for each run. `terms`: what may be added
-    in proportion to sizes, which stand behind the parameters of all effects. Records that are joined have none.
+    long; `unsure`: its variance beyond the reading's noise, V^2, infinite where the bridge is open; `temperature`:
+    degC; `readings` (n, 3): current, motor's and plate's angle, NaN where there is none; `lasts`: see `lasting`.
+    `settings`: see `kalman`; the two disturbances and the multiples of the noise are set for each run. `terms`: what
+    may be added in proportion to sizes, which stand behind the parameters of all effects. Records that are joined have
+    none.
     `is_read`: a reading of force or current stands for the voltage, and may be late. `sampled`: s between samples as
     the bench took them; 0 where that is `dt`.
     """
@@ -163,7 +164,7 @@ def record(
     """Return a record of columns (n) in SI.
 
     Time is in s, angles are at the throttle shaft, temperature is in degC. `unsure`: variance of the voltage in V^2
-    beyond its reading's noise, as where the bridge is open.
+    beyond its reading's noise, infinite where the bridge is open.
 
     The noise is that of the model file's sensors. InputError where the time does not grow, or no angle was read.
     """

@@ -10,11 +10,12 @@ import numpy as np
 
 from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.prior import over
-from etb_hil.estimation.variances import OF_VOLTAGE
+from etb_hil.estimation.variances import OF_VOLTAGE, Q_VOLTAGE
 from etb_hil.hypotheses.constants import EQUIVALENT_SHAPE, IMMATERIAL, MATERIAL, NEEDED, NOTHING, WHITE
 from etb_hil.plant.physics import COULOMB, INDUCTANCE, RESISTANCE, TORQUE_PER_AMPERE
 
 _CHANCE = 2.0  # standard errors by which a variance may seem larger by chance
+_STEADY = 1.1  # factor by which a part that is not explained may change
 ANY = (NEEDED,) * 6  # of each part: what any cause may leave
 
 
@@ -45,30 +46,37 @@ class Misfit(NamedTuple):
 
     @property
     def is_nothing(self) -> bool:
-        """Whether all of it together is immaterial."""
-        return self.total < NOTHING
+        """Whether each part is immaterial."""
+        return max(self) < NOTHING
 
     def is_little(self, without: Misfit) -> bool:
         """Tell whether this is what causes may leave of the misfit without them.
 
         All of it is at most what a shape that is not quite ours leaves. So is each material part.
         """
-        if self.total > max(NOTHING, EQUIVALENT_SHAPE * without.total):
-            return False
-        return all(now < max(MATERIAL, EQUIVALENT_SHAPE * was) for now, was in zip(self, without, strict=True))
+        if self.is_nothing:
+            return True
+        return self.total < EQUIVALENT_SHAPE * without.total and all(
+            now < max(MATERIAL, EQUIVALENT_SHAPE * was) for now, was in zip(self, without, strict=True)
+        )
 
     def lessens(self, before: Misfit, shares: Sequence[float] = ANY) -> bool:
         """Tell whether a cause with this misfit matters beside the misfit before it.
 
-        It has to leave little of a material part of that: as much as is needed of any cause, and of the same part's
-        share, or nothing. No other part may become material by more than is explained.
+        It has to leave little of the largest part of that, or of another material one: as much as is needed of any
+        cause, and of the same part's share, or nothing. By how much other parts grow is less than half of what it
+        explains, or little of them: beside a large part a small one may be explained, and the large one may not be the
+        same to a tenth.
         """
         pairs = [*zip(self, before, strict=True)]
         explained = sum(max(was * was - now * now, 0.0) for now, was in pairs)
-        if any(now > max(MATERIAL, was / NEEDED) and now * now - was * was > explained for now, was in pairs):
+        grown = sum(now * now - was * was for now, was in pairs if now > max(MATERIAL, _STEADY * was))
+        if grown > NEEDED**2 * explained:
             return False
         return any(
-            was > NOTHING and now < NEEDED * was and now < max(NOTHING, share * was)
+            was > (NOTHING if was == max(before) else MATERIAL)
+            and now < NEEDED * was
+            and now < max(NOTHING, share * was)
             for (now, was), share in zip(pairs, shares, strict=True)
         )
 
@@ -81,12 +89,17 @@ class Misfit(NamedTuple):
 
         What lessens such a part by little only, and leaves more than `least`, explains another part, however likely.
         """
+        lessened = cause.lessened_to(before, NEEDED)
         return any(
-            is_its and now < was and (now < max(at_least, NEEDED * was) or own > NEEDED * now)
-            for now, own, was, at_least, is_its in zip(
-                self, cause, before, least, cause.lessened_to(before, NEEDED), strict=True
-            )
+            (is_its or not any(lessened)) and now < was and (now < max(at_least, NEEDED * was) or own > NEEDED * now)
+            for now, own, was, at_least, is_its in zip(self, cause, before, least, lessened, strict=True)
         )
+
+    def share_of(self, before: Misfit, cause: Misfit) -> float:
+        """Return which share of the parts that a cause lessens this one leaves."""
+        lessened = cause.lessened_to(before, NEEDED)
+        parts = [part for part, is_its in enumerate(lessened) if is_its or not any(lessened)]
+        return math.hypot(*(self[part] for part in parts)) / math.hypot(*(before[part] for part in parts))
 
     def lessened_to(self, before: Misfit, share: float) -> list[bool]:
         """Return which material parts of the misfit before are lessened to a share."""
@@ -103,7 +116,10 @@ def misfit(fit: Fitted) -> Misfit:
     immaterial = IMMATERIAL * p[COULOMB]
     torque, voltage = fit.filtered.needed
     voltage = math.sqrt(max(voltage**2 - fit.filtered.voltage_noise**2, 0.0)) * p[TORQUE_PER_AMPERE] / p[RESISTANCE]
-    known = fit.normal.matrix[len(fit.unknowns) + OF_VOLTAGE, len(fit.unknowns) + OF_VOLTAGE]
+    # What is known of the voltage's noise beside a disturbance voltage, which looks much the same.
+    places = [len(fit.unknowns) + one for one in (OF_VOLTAGE, Q_VOLTAGE)]
+    (noisy, mixed), (_, disturbed) = fit.normal.matrix[np.ix_(places, places)]
+    known = noisy - (mixed * mixed / disturbed if disturbed > 0.0 else 0.0)
     beyond = over(p, fit.unknowns)
     electrical = np.array([one.place in (RESISTANCE, INDUCTANCE) for one in fit.unknowns], bool)
     torque = math.hypot(torque / immaterial, *beyond[~electrical])

@@ -187,7 +187,7 @@ def _search(
     before them had ended in a local optimum, and begin again beside it.
     """
     before, in_tolerance = first, set[str]()
-    while len(steps) < MOST_CAUSES and misfit(before).total > (MATERIAL if steps else immaterial):
+    while len(steps) < MOST_CAUSES and max(misfit(before)) > (MATERIAL if steps else immaterial):
         progress(f"looking for a cause beside {_named(steps)}" if steps else "looking for a cause")
         shares = _shares_beside(steps)
         out = {*without, *_other_shapes(steps), *in_tolerance}
@@ -410,13 +410,14 @@ def _fitted_from(
     """
     few = record.few
     least = filtered(few, before.parameters, before.disturbance).log_likelihood
-    begins = [(start.ids, *beginning(few, before, start, least)) for start in starts]
-    begins += [(ids, *begin) for ids, begin in fitted_already.items() if ids in {start.ids for start in starts}]
+    begins = [(start, False) for start in starts]
+    begins += [(start, True) for start in starts if start.ids in fitted_already]
 
-    def tried(begin: tuple[tuple[str, ...], Float64, Disturbance], aim: float) -> Hypothesis:
-        ids, p, disturbance = begin
-        fit = climbed(record, begun(record, p, unknowns_with(before, ids, p, effects), disturbance), BEGUN, aim)
-        return Hypothesis.of(ids, before, fit)
+    def tried(begin: tuple[Start, bool], aim: float) -> Hypothesis:
+        start, is_fitted = begin
+        p, disturbance = fitted_already[start.ids] if is_fitted else beginning(few, before, start, least)
+        fit = climbed(record, begun(record, p, unknowns_with(before, start.ids, p, effects), disturbance), BEGUN, aim)
+        return Hypothesis.of(start.ids, before, fit)
 
     def ended(begin: Hypothesis, best: Hypothesis | None) -> Hypothesis:
         aim = -np.inf if best is None else best.fit.posterior

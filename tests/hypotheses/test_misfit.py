@@ -24,8 +24,27 @@ def test_an_immaterial_part_cannot_be_lessened():
     assert not NONE.lessens(NONE._replace(torque=0.9 * NOTHING))
 
 
-def test_what_moves_a_misfit_from_one_channel_to_another_is_no_cause():
-    assert not NONE._replace(voltage=100.0).lessens(NONE._replace(torque=90.0))
+@pytest.mark.parametrize("left", [{"voltage": 100.0}, {"voltage": 80.0}, {"voltage": 55.0, "plate": 55.0}])
+def test_what_moves_a_misfit_to_other_channels_is_no_cause(left):
+    assert not NONE._replace(**left).lessens(NONE._replace(torque=90.0))
+    assert not BEFORE._replace(plate=0.0, torque=130.0).lessens(BEFORE)
+
+
+def test_a_little_noise_beside_much_else_is_no_cause():
+    assert not BEFORE._replace(plate=0.0).lessens(BEFORE._replace(plate=0.9 * MATERIAL))
+    assert NONE.lessens(NONE._replace(plate=0.9 * MATERIAL))
+
+
+def test_what_is_left_is_told_of_the_channel_that_the_cause_explains():
+    cause = BEFORE._replace(plate=1.5)
+    assert cause.share_of(BEFORE, cause) == pytest.approx(0.25)
+    assert BEFORE._replace(plate=3.0).share_of(BEFORE, cause) == pytest.approx(0.5)
+
+
+def test_nothing_is_left_where_each_part_is_immaterial():
+    small = NONE._replace(torque=0.9 * NOTHING, voltage=0.9 * NOTHING)
+    assert small.is_nothing
+    assert small.is_little(small)
 
 
 def test_what_a_shape_may_have_left_has_to_be_explained_nearly_whole():

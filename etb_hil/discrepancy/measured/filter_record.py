@@ -36,8 +36,8 @@ def as_record(measured: Measurement, model: Model) -> Record:
         made.settings[NOISE_VOLTAGE] = measured.sensors.current_noise**2 / averaged
         return replace(made, is_read=True, sampled=sampled)
     current, motor, plate = (_read(one, bad) for one in (measured.current, *measured.motor_and_plate))
-    # The voltage of an open bridge follows the back-EMF, and that of a bad sample may be any.
-    unsure = np.where(open_bridge(measured) | bad, model.values.voltage_limit**2, 0.0)
+    # The voltage of a bad sample may be any.
+    unsure = np.where(open_bridge(measured), np.inf, np.where(bad, model.values.voltage_limit**2, 0.0))
     made = record(
         time, measured.voltage, model, current=current, motor=motor, plate=plate, temperature=measured.temperature,
         unsure=unsure,

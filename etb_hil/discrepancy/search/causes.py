@@ -32,13 +32,21 @@ from etb_hil.hypotheses.constants import PARAMETER
 from etb_hil.hypotheses.search import Step, searched
 from etb_hil.hypotheses.terms import DRIFT
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.effects.layout import ELASTIC, EXTENDED
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
 
 _ITERATIONS = 10
 _DRIFTS = "friction changes along the record, but does not follow the temperature"
+_CHANNELS = {
+    "torque": "torque",
+    "voltage": "voltage",
+    "current": "current's reading",
+    "motor": "motor angle",
+    "plate": "plate angle",
+    "bridge": "voltage's reading",
+}
 _IDLE = "with the other causes it is not needed"
 
 
@@ -106,12 +114,14 @@ def _rejected(findings: Findings, step: Step, best: Hypothesis) -> SelectionStep
     before = findings.final
     winner = Refined(_candidate(best), before.fit, before.unknowns)
     found = SelectionStep(before, winner, _compared(step))
-    left = best.misfit.total / step.misfit.total
+    part = step.misfit.largest
+    left = best.misfit[part] / step.misfit[part]
     if step.best is not best:
         found.rejection = _DRIFTS
     elif not best.misfit.lessens(step.misfit, step.shares):
-        most = f"at most {100.0 * max(step.shares):.0f} % is required"
-        found.rejection = f"the misfit with it is {100.0 * left:.0f} % of that without it; {most}"
+        most = f"at most {100.0 * step.shares[part]:.0f} % is required"
+        what = f"misfit of the {_CHANNELS[step.misfit._fields[part]]}"
+        found.rejection = f"the {what} with it is {100.0 * left:.0f} % of that without it; {most}"
     else:
         found.rejection = _IDLE
     return found
@@ -123,7 +133,7 @@ def _compared(step: Step) -> tuple[Compared, ...]:
         Compared(
             tuple(file_name(id_) for id_ in one.ids),
             one.evidence,
-            one.misfit.total / step.misfit.total,
+            one.misfit.share_of(step.misfit, step.best.misfit),
             one.fit.parameters[:EXTENDED],
         )
         for one in step.hypotheses
@@ -150,6 +160,7 @@ def _near(whole: Vector, parameters: Float64) -> Vector:
     """Return a whole vector of the balances with the parameters of the likelihood."""
     found = whole.copy()
     found[:EXTENDED] = parameters[:EXTENDED]
+    found[ELASTIC] = whole[ELASTIC]  # as model files have it: what is written is what is judged
     return found
 
 

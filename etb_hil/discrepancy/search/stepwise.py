@@ -20,6 +20,7 @@ from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.force_scale import consider_force_scale
 from etb_hil.discrepancy.search.interruption import Interrupted
 from etb_hil.discrepancy.search.thresholds import excess
+from etb_hil.estimation.filtering import filtered
 from etb_hil.hypotheses.constants import GAIN
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model
@@ -46,14 +47,14 @@ def search(
     other = replace(model, friction_model=FrictionModel.ELASTO_PLASTIC)
     try:
         others = _searched(other, [Balances(b.measured, other) for b in balances], without, progress)
-    except Interrupted:
-        others = None
-    if others is None or others.is_interrupted:
+    except KeyboardInterrupt:
         findings.is_interrupted = True
-    elif others.verdict != "unexplained" and _is_likelier(others, findings):
-        others.has_other_bristles = True
-        return others
-    return findings
+        return findings
+    findings.is_interrupted = others.is_interrupted
+    if others.is_interrupted or others.verdict == "unexplained" or not _is_likelier(others, findings):
+        return findings
+    others.has_other_bristles = True
+    return others
 
 
 def _may_have_other_bristles(model: Model) -> bool:
@@ -62,8 +63,12 @@ def _may_have_other_bristles(model: Model) -> bool:
 
 def _is_likelier(findings: Findings, others: Findings) -> bool:
     """Tell whether the calibrated model of some findings is the likelier one."""
-    its, theirs = findings.found, others.found
-    return its is not None and theirs is not None and its.calibrated.evidence > theirs.calibrated.evidence + GAIN
+    if findings.found is None or others.found is None:
+        return False
+    its, theirs = findings.found.calibrated, others.found.calibrated
+    # Each search chooses samples of its own: likelihoods are compared on the same ones.
+    likelihood = filtered(others.found.record, its.parameters, its.disturbance).log_likelihood
+    return likelihood > theirs.filtered.log_likelihood + GAIN
 
 
 def _searched(model: Model, balances: Sequence[Balances], without: Sequence[str], progress: Progress) -> Findings:

@@ -88,7 +88,8 @@ class Cause:
 class Candidate:
     """A candidate cause of a selection step, with the evidence for and against it.
 
-    `residual_share` is the square of the misfit with it, over that without it. `rejection` says why it is no cause.
+    `residual_share` is the square of the misfit with it, over that without it, in the channels that the likeliest one
+    lessens. `rejection` says why it is no cause.
     """
 
     selection_step: int
