@@ -16,7 +16,8 @@ RATE = 1000
 
 
 @pytest.fixture(scope="module")
-def answer():
+def recorded():
+    """Return a healthy unit's friction check until the bridge opens, and the bench's model."""
     rng, unit = np.random.default_rng(91), Unit(law=1)
     truth, phases = friction_check(unit)
     seen = sense(unit, truth, RATE, rng, current_offset=0.0)
@@ -30,7 +31,12 @@ def answer():
     time_ns = seen.time_ns[part]
     recording = Recording("friction check", ClockGrade.TABLE)
     recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
-    return explain([recording], bench_model(off_by_tolerances(Unit(), rng)))
+    return recording, bench_model(off_by_tolerances(Unit(), rng))
+
+
+@pytest.fixture(scope="module")
+def answer(recorded):
+    return explain([recorded[0]], recorded[1])
 
 
 def test_the_unit_is_adequate_with_the_law_that_the_record_shows(answer):
@@ -43,3 +49,18 @@ def test_the_model_that_is_written_has_that_law(answer, tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(model_text(answer.model, "as found"), "utf-8")
     assert load_model(path).friction_model is FrictionModel.ELASTO_PLASTIC
+
+
+def test_an_interrupt_while_the_other_law_is_tried_keeps_the_first_search(recorded):
+    said = []
+
+    def interrupting(what):
+        said.append(what)
+        if said.count("calibrating inside the stated tolerances") == 2:
+            raise KeyboardInterrupt
+
+    found = explain([recorded[0]], recorded[1], interrupting).explanation
+    assert "trying elasto-plastic bristles" in said
+    assert found.verdict == "unexplained"
+    assert found.interrupted
+    assert found.calibrated
