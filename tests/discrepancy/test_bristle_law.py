@@ -51,6 +51,7 @@ def test_the_model_that_is_written_has_that_law(answer, tmp_path):
     assert load_model(path).friction_model is FrictionModel.ELASTO_PLASTIC
 
 
+@pytest.mark.study
 def test_an_interrupt_while_the_other_law_is_tried_keeps_the_first_search(recorded):
     said = []
 

@@ -23,7 +23,7 @@ def _found(unit, seed):
     return searched(record, replace(model, friction_model=FrictionModel.ELASTO_PLASTIC))
 
 
-@pytest.mark.parametrize("seed", [81, 82])
+@pytest.mark.parametrize("seed", [81, pytest.param(82, marks=pytest.mark.study)])
 def test_a_healthy_unit_has_no_cause(seed):
     found = _found(Unit(), seed)
     assert (found.verdict, found.causes) == ("adequate", ())

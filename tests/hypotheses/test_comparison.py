@@ -12,8 +12,8 @@ from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.estimation.record import record
 from etb_hil.hypotheses.comparison import are_numbers
-from etb_hil.hypotheses.misfit import Misfit, misfit
-from etb_hil.hypotheses.search import compared, searched
+from etb_hil.hypotheses.misfit import ANY, Misfit, misfit
+from etb_hil.hypotheses.search import Step, compared, searched
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 
@@ -101,6 +101,15 @@ def test_what_gains_little_beside_a_cause_and_leaves_much_is_excluded_by_far():
     assert not first.excludes_by_far(replace(far, evidence=0.9 * first.evidence))
     assert not first.excludes_by_far(replace(far, misfit=Misfit(*[0.5] * len(far.misfit))))
     assert not replace(first, evidence=-100.0).excludes_by_far(replace(far, evidence=-99.0))
+
+
+@pytest.mark.parametrize(("evidence", "is_there"), [(30.0, True), (20.0, True), (3.0, False)])
+def test_what_is_as_likely_as_a_cause_is_in_its_group_though_it_gains_too_little_to_be_one(evidence, is_there):
+    first, *_ = _compared("break-away", "stiction")
+    cause = replace(first, evidence=31.0)
+    other = replace(first, ids=("friction_load",), evidence=evidence)
+    step = Step(first.without, (cause, other), ANY, is_material=True)
+    assert (step.group == (other,)) is is_there
 
 
 def test_what_is_compared_does_not_depend_on_how_many_cores_there_are(monkeypatch):

@@ -283,8 +283,8 @@ def listener(says):
             with contextlib.suppress(OSError):
                 while True:
                     guest, _ = server.accept()
+                    guests.append(guest)  # before it may be gone
                     guest.sendall(says)
-                    guests.append(guest)
 
         guests = []
         threading.Thread(target=serve, daemon=True).start()
