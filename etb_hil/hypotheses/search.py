@@ -202,12 +202,32 @@ def _search(
                 first = before
             if last is not None:
                 steps.append(_compared_beside(record, before, last, step.best))
+        elif step.is_material and (again := _begun_without(record, before, step.best)) is not None:
+            first = first if steps else again
+            if steps:
+                steps[-1] = _ended_at(steps[-1], steps[-2].best.fit if len(steps) > 1 else first, again)
         else:
             steps.append(step)
             if not step.is_material and _is_doubted(step.misfit, shares):
                 break
         before = steps[-1].best.fit if steps else first
     return first
+
+
+def _begun_without(record: Record, before: Fitted, cause: Hypothesis) -> Fitted | None:
+    """Return a likelier fit of the model before a cause, from where the cause ended.
+
+    None where there is none: the model was at its best. Else the cause may have led away from a local optimum alone.
+    """
+    parameters = cause.added_to(cause.fit.parameters, before.parameters)
+    found = settled(record, begun(record, parameters, before.unknowns, cause.fit.disturbance), before.posterior)
+    return found if found.posterior > before.posterior + GAIN else None
+
+
+def _ended_at(step: Step, before: Fitted, fit: Fitted) -> Step:
+    """Return a step whose best hypothesis has another fit."""
+    best = Hypothesis.of(step.best.ids, before, fit)
+    return Step(step.misfit, (best, *step.hypotheses[1:]), step.shares, step.is_material)
 
 
 def _compared_beside(record: Record, before: Fitted, step: Step, calibration: Hypothesis) -> Step:

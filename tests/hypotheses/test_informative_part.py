@@ -74,3 +74,10 @@ def test_a_stop_inside_its_tolerance_is_no_cause_beside_a_late_angle():
     found = searched(_whole(hidden).thinned(SEARCHED, PARTS), hidden.model)
     assert [step.best.ids for step in found.causes] == [("motor_angle_delay",)]
     assert found.verdict == "explained"
+
+
+def test_a_cause_that_led_away_from_a_local_optimum_alone_is_none():
+    """Beside a spring's preload that is off, the first fit stays where a soft stop alone leads on."""
+    hidden = hidden_case(166020, ("parameter:preload_close",), "strong")
+    found = searched(_whole(hidden), hidden.model)
+    assert [step.best.ids for step in found.causes] == [("parameter:preload_close",)]
