@@ -65,8 +65,9 @@ READINGS = 3
 # (A/rad) times the way and `DAMPING` (A·s/rad) times the velocity. The bristles of a plate at rest, and
 # elasto-plastic ones, whose way from elastic to yielding is open, are unsure by a variance of `CREEP` times the way
 # (A^2/rad). All are of the current that holds the torque: a record shows torques by
-# their currents alone, and is no likelier where all torques and the motor's constant are larger. They follow no other
-# parameter: the likelihood would depend on it by its noise, which no sensitivity of an innovation tells.
+# their currents alone, and is no likelier where all torques and the motor's constant are larger. But for the way over
+# which bristles forget, they follow no other parameter: the likelihood would depend on it by its noise, which no
+# sensitivity of an innovation tells.
 (NOISE_CURRENT, NOISE_MOTOR, NOISE_PLATE, STEP_MOTOR, STEP_PLATE, LASTS_PLATE, JITTER, Q_TORQUE, Q_VOLTAGE,
  NOISE_VOLTAGE, HOME, NEAR, JUMP, LOW, HIGH, STIFFNESS, DAMPING, CREEP, RESTS, SCALE) = range(20)  # fmt: skip
 SETTINGS = SCALE + READINGS

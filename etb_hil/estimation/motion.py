@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation.bristles import bent
+from etb_hil.plant.bristle import yielding
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BRISTLE_DAMPING,
@@ -88,7 +89,7 @@ def _first_way(x: Vector, p: Vector, elastic: float, motor: float, by_way: float
     pull, _, _ = spring(x[THETA] + 0.5 * h * omega, p)
     yields = (1.0 if omega >= 0.0 else -1.0) * bristle / g
     if elastic > 0.0:
-        yields = max(yields - elastic, 0.0) / (1.0 - elastic)
+        yields = yielding(bristle, omega, g, elastic, 1.0)
     damping = (0.5 * h * p[BRISTLE_STIFFNESS] + p[BRISTLE_DAMPING]) * (1.0 - yields) + p[VISCOUS]
     free = motor - pull - x[DISTURBANCE] - bristle
     return (2.0 * p[INERTIA] * omega + h * free) / (momentum + damping - h * by_way)

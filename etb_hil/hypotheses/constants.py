@@ -16,6 +16,11 @@ GAIN, NEEDED = 25.0, 0.67
 IMMATERIAL = 0.003
 # Excess of the innovations' mean square over 1 that is none: what data sheets do not say of a sensor's noise.
 WHITE = 0.1
+# Standard errors by which a variance of noise may seem larger by chance: 95 % of them are within.
+CHANCE = 2.0
+# Factor by which the misfit of a channel that a cause does not explain may grow: that of a torque grew by 8 % beside a
+# sensor's eccentricity that was there (`python benchmarks/explain_study.py pair FIRST COUNT`).
+STEADY = 1.1
 # Another hypothesis is equivalent to the cause where its misfit is at most this share of the misfit without a cause.
 # An effect's share is that of a cosine of 0.95, by which the hidden cases are judged. A base parameter has no shape
 # that may differ from the unit's, so its share is smaller.

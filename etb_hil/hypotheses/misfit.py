@@ -11,11 +11,9 @@ import numpy as np
 from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.prior import over
 from etb_hil.estimation.variances import OF_VOLTAGE, Q_VOLTAGE
-from etb_hil.hypotheses.constants import EQUIVALENT_SHAPE, IMMATERIAL, MATERIAL, NEEDED, NOTHING, WHITE
+from etb_hil.hypotheses.constants import CHANCE, EQUIVALENT_SHAPE, IMMATERIAL, MATERIAL, NEEDED, NOTHING, STEADY, WHITE
 from etb_hil.plant.physics import COULOMB, INDUCTANCE, RESISTANCE, TORQUE_PER_AMPERE
 
-_CHANCE = 2.0  # standard errors by which a variance may seem larger by chance
-_STEADY = 1.1  # factor by which a part that is not explained may change
 ANY = (NEEDED,) * 6  # of each part: what any cause may leave
 
 
@@ -70,7 +68,7 @@ class Misfit(NamedTuple):
         """
         pairs = [*zip(self, before, strict=True)]
         explained = sum(max(was * was - now * now, 0.0) for now, was in pairs)
-        grown = sum(now * now - was * was for now, was in pairs if now > max(MATERIAL, _STEADY * was))
+        grown = sum(now * now - was * was for now, was in pairs if now > max(MATERIAL, STEADY * was))
         if grown > NEEDED**2 * explained:
             return False
         return any(
@@ -81,7 +79,7 @@ class Misfit(NamedTuple):
         )
 
     def excludes(self, other: Misfit, least: Misfit) -> bool:
-        """Tell whether another one leaves more than `least` where this leaves little."""
+        """Tell whether another one has more than `least` in a part where this has little."""
         return any(its > at_least and own < NEEDED * its for own, its, at_least in zip(self, other, least, strict=True))
 
     def is_alternative_to(self, cause: Misfit, before: Misfit, least: Misfit) -> bool:
@@ -96,7 +94,7 @@ class Misfit(NamedTuple):
         )
 
     def share_of(self, before: Misfit, cause: Misfit) -> float:
-        """Return which share of the parts that a cause lessens this one leaves."""
+        """Return the share of the misfit before that is left where a cause lessens it."""
         lessened = cause.lessened_to(before, NEEDED)
         parts = [part for part, is_its in enumerate(lessened) if is_its or not any(lessened)]
         return math.hypot(*(self[part] for part in parts)) / math.hypot(*(before[part] for part in parts))
@@ -141,7 +139,7 @@ def _of_noise(variance: float, deviation: float) -> float:
 
     `deviation`: a share of it, by chance.
     """
-    return math.sqrt(max(variance * (1.0 - _CHANCE * deviation) - 1.0, 0.0) / WHITE)
+    return math.sqrt(max(variance * (1.0 - CHANCE * deviation) - 1.0, 0.0) / WHITE)
 
 
 def _read(fit: Fitted, m: int, scale: float) -> tuple[float, float]:

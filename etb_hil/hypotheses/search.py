@@ -80,7 +80,7 @@ class Step:
             least = (1.0 - EQUIVALENT_SHAPE**2) * self.best.evidence
             return tuple(one for one in others if one.evidence > least)
         others = [one for one in others if one.misfit.is_alternative_to(self.best.misfit, self.misfit, self.best.least)]
-        return tuple(one for one in others if not self.best.excludes(one) and one.evidence > _least(self.best))
+        return tuple(one for one in others if not self.best.excludes(one) and one.evidence > _least_evidence(self.best))
 
 
 @dataclass(frozen=True, slots=True)
@@ -465,7 +465,7 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], shares: tuple[float, ..
     found = sorted((one for one in fits if not any(map(one.is_idle_beside, fits))), key=lambda one: -one.evidence)
     if not found or found[0].evidence <= GAIN:
         return None
-    found = [one for one in found if one.evidence > _least(found[0])]
+    found = [one for one in found if one.evidence > _least_evidence(found[0])]
     left = misfit(before)
     lessening = [one for one in found if one.misfit.total < left.total] or found
     likeliest = [one for one in lessening if one.evidence > lessening[0].evidence - GAIN]
@@ -476,7 +476,7 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], shares: tuple[float, ..
     return Step(left, (best, *(one for one in found if one is not best)), shares, bool(material))
 
 
-def _least(likeliest: Hypothesis) -> float:
+def _least_evidence(likeliest: Hypothesis) -> float:
     """Return the evidence that others need to be compared with the likeliest one.
 
     What is no cause by itself may still be as likely as that one.

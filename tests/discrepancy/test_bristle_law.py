@@ -1,16 +1,15 @@
-"""A healthy unit whose bristles stay below break-away, with a model file that says LuGre: the law is no fault."""
+"""A healthy unit whose bristles stay below break-away, with a model file that says LuGre: it is adequate."""
 
 import numpy as np
 import pytest
-from independent_throttle import SAMPLE_S, Unit, friction_check, off_by_tolerances, sense
+from independent_throttle import Unit, off_by_tolerances
 from throttle_as_model import bench_model
+from unit_faults import recorded as record_of
 
 from etb_hil.discrepancy.explain import explain
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
-from etb_hil.recording.recording import ClockGrade, Recording
-from etb_hil.recording.samples import SampleBlock
 
 RATE = 1000
 
@@ -18,19 +17,8 @@ RATE = 1000
 @pytest.fixture(scope="module")
 def recorded():
     """Return a healthy unit's friction check until the bridge opens, and the bench's model."""
-    rng, unit = np.random.default_rng(91), Unit(law=1)
-    truth, phases = friction_check(unit)
-    seen = sense(unit, truth, RATE, rng, current_offset=0.0)
-    part = slice(0, phases[-1][1] * RATE // round(1.0 / SAMPLE_S))  # until the bridge opens
-    columns = {
-        "motor_current": seen.current[part],
-        "motor_angle": seen.motor_angle[part],
-        "motor_voltage": seen.voltage[part],
-        "throttle_angle": seen.throttle_angle[part],
-    }
-    time_ns = seen.time_ns[part]
-    recording = Recording("friction check", ClockGrade.TABLE)
-    recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    rng = np.random.default_rng(91)
+    recording = record_of(Unit(law=1), 1.0, RATE, rng)
     return recording, bench_model(off_by_tolerances(Unit(), rng))
 
 

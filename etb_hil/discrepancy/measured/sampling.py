@@ -13,6 +13,9 @@ from etb_hil.recording.samples import Float64
 
 _JUMPS = 10.0  # times the voltmeter's noise
 _OPEN_FOR = 0.02  # s
+_QUIET = 2.0  # times the noise and the step of the current's sensor
+_ZERO = 0.1  # A, by which the zero of a Hall sensor is off at most, by the data sheets of `current_sensor_offset`
+_OTHER = 0.05  # of the back-EMF, by which the unit's may be another than the model's
 _CALM_FOR = 0.1  # s of rest in which an angle shows whether it trembles
 _CALMEST = 0.02  # of all such times
 _SHORT = 0.02  # s
@@ -84,9 +87,40 @@ def open_bridge(measured: Measurement) -> NDArray[np.bool_]:
     """Return where (n) no current has flowed for some time: the bridge is off."""
     if measured.current is None:
         return np.zeros(len(measured), np.bool_)
-    width = max(3, round(_OPEN_FOR * measured.rate))
-    rms = np.sqrt(np.convolve(measured.current**2, np.full(width, 1.0 / width), "same"))
-    return rms < 2.0 * np.hypot(measured.sensors.current_noise, measured.sensors.current_step)
+    return np.asarray(np.sqrt(_mean(measured, measured.current**2)) < _most_of_none(measured))
+
+
+def back_emf_alone(measured: Measurement, back_emf: float) -> NDArray[np.bool_]:
+    """Return where (n) no current flows, whatever the zero of its sensor is.
+
+    The current is quiet there and no larger than such a zero, and the voltage is the back-EMF (`back_emf`, V·s/rad).
+    """
+    if measured.current is None:
+        return np.zeros(len(measured), np.bool_)
+    current = _mean(measured, measured.current)
+    spread = np.sqrt(np.maximum(_mean(measured, measured.current**2) - current**2, 0.0))
+    expected = back_emf * _mean(measured, np.gradient(measured.angle) * measured.rate)
+    sensors = measured.sensors
+    noise = np.hypot(sensors.voltage_noise, sensors.voltage_step) / np.sqrt(_width(measured))
+    is_back_emf = np.abs(_mean(measured, measured.voltage) - expected) < _OTHER * np.abs(expected) + 3.0 * noise
+    is_quiet = spread < _most_of_none(measured)
+    return np.asarray(is_quiet & (np.abs(current) < _ZERO) & is_back_emf)
+
+
+def _most_of_none(measured: Measurement) -> float:
+    """Return the rms in A that a sensor reads at most where no current flows."""
+    return float(_QUIET * np.hypot(measured.sensors.current_noise, measured.sensors.current_step))
+
+
+def _width(measured: Measurement) -> int:
+    """Return how many samples an open bridge lasts at least."""
+    return max(3, round(_OPEN_FOR * measured.rate))
+
+
+def _mean(measured: Measurement, values: Float64) -> Float64:
+    """Return the running mean (n) of values over so many samples."""
+    width = _width(measured)
+    return np.convolve(values, np.full(width, 1.0 / width), "same")
 
 
 def trembling(angle: Float64, rate: float) -> float:
