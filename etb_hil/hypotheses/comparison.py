@@ -27,7 +27,7 @@ from etb_hil.hypotheses.constants import (
 )
 from etb_hil.hypotheses.misfit import Misfit, misfit
 from etb_hil.hypotheses.terms import BENCH, DRIFT, drift_unknowns
-from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.effect import Effect, Need
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.recording.samples import Float64
 
@@ -74,6 +74,11 @@ class Hypothesis:
     def effect(self) -> Effect | None:
         """The effect that it is, None where it is none."""
         return next((one.effect for one in self.fit.unknowns if one.effect and one.effect.id in self.ids), None)
+
+    @property
+    def follows_temperature(self) -> bool:
+        """Whether it is an effect of a temperature that changes."""
+        return self.effect is not None and Need.TEMPERATURE in self.effect.needs
 
     def added_to(self, parameters: Float64, other: Float64 | None = None) -> Float64:
         """Return a whole vector with the parameters of the cause.

@@ -16,7 +16,7 @@ GAIN, NEEDED = 25.0, 0.67
 IMMATERIAL = 0.003
 # Excess of the innovations' mean square over 1 that is none: what data sheets do not say of a sensor's noise.
 WHITE = 0.1
-# Standard errors by which a variance of noise may seem larger by chance: 95 % of them are within.
+# Standard errors by which a variance of noise, or friction over time, may seem larger by chance: 95 % are within.
 CHANCE = 2.0
 # Factor by which the misfit of a channel that a cause does not explain may grow: that of a torque grew by 8 % beside a
 # sensor's eccentricity that was there (`python benchmarks/explain_study.py pair FIRST COUNT`).

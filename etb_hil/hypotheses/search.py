@@ -38,7 +38,7 @@ from etb_hil.hypotheses.linear import Start, ranked
 from etb_hil.hypotheses.misfit import ANY, Misfit, misfit
 from etb_hil.hypotheses.prepared import Prepared, prepared
 from etb_hil.hypotheses.starts import beginning, from_elsewhere, likelier
-from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift
+from etb_hil.hypotheses.terms import BENCH, DRIFT, Drift, drifts_in_tolerance
 from etb_hil.hypotheses.waves import several
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.port import Port
@@ -82,6 +82,15 @@ class Step:
         others = [one for one in others if one.misfit.is_alternative_to(self.best.misfit, self.misfit, self.best.least)]
         return tuple(one for one in others if not self.best.excludes(one) and one.evidence > _least_evidence(self.best))
 
+    @property
+    def is_use(self) -> bool:
+        """Whether friction drifts inside its tolerance, as use makes it do.
+
+        Nothing with a name explains that as well.
+        """
+        is_drift = self.best.ids == (DRIFT,) and self.is_material and not self.group
+        return is_drift and drifts_in_tolerance(self.best.fit)
+
 
 @dataclass(frozen=True, slots=True)
 class Found:
@@ -107,11 +116,12 @@ class Found:
     def verdict(self) -> str:
         """What the search comes to: adequate, explained, ambiguous, or unexplained."""
         left = misfit(self.final)
-        if left.is_nothing and not self.needed:
+        unnamed = [step for step in self.needed if step.best.ids == (DRIFT,)]
+        is_known = all(step.is_use for step in unnamed)
+        if left.is_nothing and is_known and not self.causes:
             return "adequate"
-        is_named = self.needed and len(self.causes) == len(self.needed)
         without = [misfit(self.calibrated), *(step.misfit for step in self.needed[:1])]
-        if not is_named or not left.is_little(max(without, key=lambda one: one.total)):
+        if not self.causes or not is_known or not left.is_little(max(without, key=lambda one: one.total)):
             return "unexplained"
         return "ambiguous" if any(step.group for step in self.causes) else "explained"
 
@@ -473,6 +483,9 @@ def _decided(before: Fitted, fits: Sequence[Hypothesis], shares: tuple[float, ..
     material = [one for one in found if one.evidence > GAIN and one.misfit.lessens(left, shares)]
     material = [one for one in material if one.misfit[left.largest] < NEEDED * left[left.largest]] or material
     best = (material or likeliest)[0]
+    if best.follows_temperature:
+        # A temperature is a slow clock: a drift of any course that is about as likely may be use.
+        best = next((one for one in material if one.ids == (DRIFT,) and one.evidence > best.evidence - GAIN), best)
     return Step(left, (best, *(one for one in found if one is not best)), shares, bool(material))
 
 

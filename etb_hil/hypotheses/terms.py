@@ -1,7 +1,8 @@
 """Terms of a record: of the bench, and of friction that drifts.
 
 A plate's sensor has a zero of its own. Friction that drifts over time is a hypothesis without a name: use does
-that, and so does a lubricant. Its share of the friction is a polygon over time.
+that, and so does a lubricant. Its share of the friction is a polygon over time. Inside the tolerance of T_c it is no
+fault of the model.
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etb_hil.estimation.climbing import Fitted
 from etb_hil.estimation.filtering import Column
 from etb_hil.estimation.forces import AT_PLATE, LEVEL
 from etb_hil.estimation.record import Record, Term
 from etb_hil.estimation.unknown import Unknown
-from etb_hil.hypotheses.constants import DRIFTS, KNOTS, ZERO
+from etb_hil.hypotheses.constants import CHANCE, DRIFTS, KNOTS, ZERO
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import COULOMB
 from etb_hil.recording.samples import Float64
 
 DRIFT = "friction over time"
@@ -65,6 +68,30 @@ def bench_unknowns(record: Record) -> list[Unknown]:
     _, motor, plate = (bool(np.isfinite(one).any()) for one in record.readings.T)
     zero = Unknown(BENCH[0], EXTENDED, 0.0, ZERO / np.sqrt(3.0), ZERO, term=0)
     return [zero] if motor and plate else []
+
+
+def friction_over_time(fit: Fitted) -> tuple[Float64, Float64]:
+    """Return T_c at each knot of a fit with a drift, and its standard deviations."""
+    names = [one.name for one in fit.unknowns]
+    first, share = names.index(drift_unknowns()[0].name), 1.0 + fit.parameters[EXTENDED + len(BENCH) :]
+    slopes = np.zeros((KNOTS, len(names)))
+    slopes[:, [one.place == COULOMB for one in fit.unknowns]] = share[:, None]
+    slopes[np.arange(KNOTS), first + np.arange(KNOTS)] = fit.parameters[COULOMB]
+    return fit.parameters[COULOMB] * share, np.sqrt(np.einsum("kc,cd,kd->k", slopes, fit.covariance, slopes))
+
+
+def drifts_in_tolerance(fit: Fitted) -> bool:
+    """Tell whether T_c of a fit with a drift is nowhere shown to leave its tolerance."""
+    friction, deviations = friction_over_time(fit)
+    stated = [one for one in fit.unknowns if one.place == COULOMB]
+    return all(bool(np.all(np.abs(friction - one.mean) - CHANCE * deviations <= one.reach)) for one in stated)
+
+
+def least_change(fit: Fitted) -> float:
+    """Return by which share of T_c a drift changes it at least."""
+    friction, deviations = friction_over_time(fit)
+    least, most = np.min(friction + CHANCE * deviations), np.max(friction - CHANCE * deviations)
+    return max(float(most - least), 0.0) / float(fit.parameters[COULOMB])
 
 
 def drift_unknowns() -> list[Unknown]:

@@ -1,14 +1,41 @@
-"""Friction that changes along the record with use is not named after the temperature that rises meanwhile."""
+"""Friction that changes along the record with use.
 
+It is not named after the temperature that rises meanwhile, and inside its tolerance it is no fault of the model.
+"""
+
+import numpy as np
 import pytest
 from answers import plain
 from explain_cases import hidden_case
+from independent_throttle import Unit
+from throttle_as_model import bench_model
+from unit_faults import recorded
 
 from etb_hil.discrepancy.answer.explanation import explanation
+from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
+
+
+def _explained(**changes):
+    """Return the answer to the friction check of a unit, its friction changed."""
+    rng = np.random.default_rng(17)
+    recording = recorded(Unit(**changes), 1.0, 1000, rng)
+    return explain([recording], bench_model(Unit())).explanation
+
+
+def test_a_drift_inside_the_tolerance_is_adequate_and_said():
+    answer = _explained(drift=0.015, drift_ends=4.0)  # 6 % in all
+    assert (answer.verdict, answer.causes) == ("adequate", ())
+    assert "changes along the record" in answer.unexplained.text
+
+
+def test_a_drift_beyond_the_tolerance_is_unexplained():
+    answer = _explained(drift=0.08, drift_ends=8.0)  # 61 % in all
+    assert (answer.verdict, answer.causes) == ("unexplained", ())
+    assert any("changes along the record" in one.rejection for one in answer.candidates)
 
 
 def _searched(seed, effect, level):

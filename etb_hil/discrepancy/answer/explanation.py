@@ -24,6 +24,7 @@ from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.search.bench_numbers import bench_numbers
 from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
 from etb_hil.discrepancy.search.thresholds import excess
+from etb_hil.hypotheses.terms import least_change
 from etb_hil.plant.component import Component, component_of_parameter
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -86,7 +87,7 @@ def _errors(findings: Findings, holdout: Holdout) -> Errors:
     least, most = float(holdout.noise_floors.min()), float(holdout.noise_floors.max())
     left = holdout.table["free_run"][POSITION]["calibrated"]
     says = []
-    if findings.verdict == "adequate" and left > most:
+    if findings.verdict == "adequate" and findings.drift is None and left > most:
         times, its = (1e3, "mm") if units[POSITION] == "m" else (math.degrees(1.0), "deg")
         says.append(
             f"the balances show no missing effect, but in free run the calibrated model errs by {times * left:.3g} "
@@ -265,7 +266,17 @@ def _unexplained(findings: Findings) -> Unexplained:
         final.jacobian, final.fit, final.unknowns, is_electrical=all(b.has[1] for b in findings.balances)
     )
     terms = sorted([*own, wrong], key=lambda one: -one.explained_share)
-    return Unexplained(tuple(where), tuple(terms[:3]))
+    return Unexplained(tuple(where), tuple(terms[:3]), text=_of_use(findings))
+
+
+def _of_use(findings: Findings) -> str:
+    """Return what is said of friction that drifts and is no cause."""
+    if findings.drift is None:
+        return ""
+    return (
+        f"friction changes along the record by {100.0 * least_change(findings.drift.best.fit):.2g} % at least and "
+        "stays inside its tolerance, as use and warmth make it do: values are those of its mean"
+    )
 
 
 def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, CalibratedParameter]:

@@ -38,7 +38,7 @@ from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
 
 _ITERATIONS = 10
-_DRIFTS = "friction changes along the record, but does not follow the temperature"
+_DRIFTS = "friction changes along the record; a change with time alone explains it as well or better"
 _CHANNELS = {
     "torque": "torque",
     "voltage": "voltage",

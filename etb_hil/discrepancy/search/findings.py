@@ -11,7 +11,7 @@ from etb_hil.discrepancy.candidates.candidate import Refined
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
-from etb_hil.hypotheses.search import Found
+from etb_hil.hypotheses.search import Found, Step
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
@@ -106,6 +106,11 @@ class Findings:
     def final_groups(self) -> Float64:
         """Each group's mean square over its noise floor with all causes."""
         return self.current_model.groups
+
+    @property
+    def drift(self) -> Step | None:
+        """The step of friction that drifts inside its tolerance, if any."""
+        return next((step for step in self.found.needed if step.is_use), None) if self.found else None
 
     @property
     def accepted(self) -> list[SelectionStep]:

@@ -22,6 +22,7 @@ from etb_hil.discrepancy.search.interruption import Interrupted
 from etb_hil.discrepancy.search.thresholds import excess
 from etb_hil.estimation.filtering import filtered
 from etb_hil.hypotheses.constants import GAIN
+from etb_hil.hypotheses.misfit import misfit
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model
 
@@ -36,12 +37,15 @@ def search(
     """Search for what a model lacks in its measurements; `without`: ids not tested.
 
     By which law bristles bend is no fault of a unit: where a model with LuGre's is unexplained, one with elasto-plastic
-    bristles is searched, too, and taken if it is likelier and explained.
+    bristles is searched, too, and taken if it is likelier and explained. Where a drift of friction leaves nothing,
+    bristles have nothing to explain.
 
     An interrupt after the calibration ends the search with what it knows; right after it, as `Interrupted`.
     """
     findings = _searched(model, balances, without, progress)
     if findings.verdict != "unexplained" or findings.is_interrupted or not _may_have_other_bristles(model):
+        return findings
+    if findings.found is not None and misfit(findings.found.final).is_nothing:
         return findings
     progress("trying elasto-plastic bristles")
     other = replace(model, friction_model=FrictionModel.ELASTO_PLASTIC)
