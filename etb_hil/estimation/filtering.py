@@ -203,8 +203,25 @@ def driving(record: Record, late: Float64) -> tuple[Float64, float]:
         there = np.minimum(np.searchsorted(time, time + delay), len(record) - 1)
         found = np.where(segment[there] == segment, found, record.voltage)
     grows = np.where(last, 0.0, np.roll(found, -1) - found)
-    noisier = 1.0 + 2.0 * (lag / float(np.median(record.dt))) ** 2
-    return found + grows * lag / record.dt, noisier
+    return found + grows * lag / record.dt, _noisier(record, lag)
+
+
+def _noisier(record: Record, lag: float) -> float:
+    """Return the factor of a driving reading's variance, its lag in s taken off."""
+    return 1.0 + 2.0 * (lag / float(np.median(record.dt))) ** 2
+
+
+def drive_noise(record: Record, at: Filtered, columns: Sequence[Column]) -> Float64:
+    """Return what a unit of each column adds to a driving reading's noise (c).
+
+    It is a share of the variance.
+    """
+    found = np.zeros(len(columns))
+    for k, one in enumerate(columns):
+        if _delays_drive(record, one):
+            moved = forces.lateness(_moved(at.parameters, one))[0, 1]
+            found[k] = (_noisier(record, moved) / _noisier(record, at.read[0, 1]) - 1.0) / one.step
+    return found
 
 
 def read_without_lag(record: Record, parameters: Float64, read: Float64) -> tuple[Float64, Float64, Float64, Float64]:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.estimation.filtering import Column, Filtered, Normal, sensitivities
+from etb_hil.estimation.filtering import Column, Filtered, Normal, drive_noise, sensitivities
 from etb_hil.estimation.record import Record
-from etb_hil.estimation.variances import VARIANCES, normal_of_variances
+from etb_hil.estimation.variances import OF_VOLTAGE, VARIANCES, normal_of_variances
 
 
 def scored(record: Record, at: Filtered, columns: Sequence[Column]) -> Normal:
@@ -26,4 +26,8 @@ def scored(record: Record, at: Filtered, columns: Sequence[Column]) -> Normal:
     samples = rows.shape[0] * rows.shape[1]
     across = known.rows.reshape(samples, len(columns)).T @ rows.reshape(samples, count)
     joint = np.block([[known.matrix, across], [across.T, matrix]])
-    return Normal(joint, np.concatenate([known.gradient, gradient]), np.empty((0, 3, len(columns) + count)))
+    # What takes the lag of a driving reading off makes its noise larger, too.
+    adds = np.eye(len(joint))
+    adds[len(columns) + OF_VOLTAGE, : len(columns)] = drive_noise(record, at, columns)
+    both = adds.T @ np.concatenate([known.gradient, gradient])
+    return Normal(adds.T @ joint @ adds, both, np.empty((0, 3, len(both))))

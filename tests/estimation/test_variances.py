@@ -8,7 +8,7 @@ from independent_throttle import Unit, friction_check
 from throttle_as_model import record_until_the_bridge_opens
 
 from etb_hil.estimation.climbing import begun, climbed
-from etb_hil.estimation.filtering import Disturbance, Noise, filtered
+from etb_hil.estimation.filtering import Column, Disturbance, Noise, filtered
 from etb_hil.estimation.scoring import scored
 from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.estimation.variances import (
@@ -19,6 +19,7 @@ from etb_hil.estimation.variances import (
     Q_TORQUE,
     Q_VOLTAGE,
 )
+from etb_hil.plant.effects.catalogue import CATALOGUE
 
 RATE = 2000
 LARGE = Disturbance(0.02, 0.3, Noise(3.0, 3.0, 3.0, 30.0))
@@ -51,6 +52,23 @@ def test_slopes_by_variances_are_differences(healthy, place):
     slope = -scored(made, at, []).gradient[place]  # of the likelihood
     up, down = (filtered(made, model.vector(), changed(LARGE, place, 1.0 + by)).log_likelihood for by in (STEP, -STEP))
     assert slope == pytest.approx((up - down) / (2.0 * STEP), rel=0.02, abs=0.5)
+
+
+def test_the_slope_by_the_lag_of_a_driving_reading_is_a_difference(healthy):
+    """What takes the lag off makes the noise of the reading larger, too."""
+    made, model = healthy
+    made = replace(made, is_read=True, readings=made.readings.copy())
+    made.readings[:, 0] = np.nan  # as where a reading of the force drives
+    effect, p = CATALOGUE["measurement_delay"], model.vector()
+    p[effect.place("lag")] = 1.0 / RATE
+    column = Column("lag", 1e-5, effect.place("lag"), effect)
+    slope = -scored(made, filtered(made, p, LARGE, is_kept=True), [column]).gradient[0]
+    ends = []
+    for by in (1e-5, -1e-5):
+        moved = p.copy()
+        moved[effect.place("lag")] += by
+        ends.append(filtered(made, moved, LARGE).log_likelihood)
+    assert slope == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=0.02)
 
 
 def test_information_of_the_noise_is_that_of_so_many_samples(healthy):
