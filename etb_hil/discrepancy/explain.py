@@ -33,7 +33,7 @@ from etb_hil.discrepancy.plan.narrowing import narrow
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan
 from etb_hil.discrepancy.search.extended_model import extended_model
-from etb_hil.discrepancy.search.findings import Findings
+from etb_hil.discrepancy.search.findings import Bristles, Findings
 from etb_hil.discrepancy.search.interruption import Interrupted, calibrated_so_far, stages
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.discrepancy.slow.coarse import Coarse, explain_coarsely
@@ -195,7 +195,7 @@ def _distinguished_by_others(
         judged = said.unless_interrupted(f"asking {other[0].origin}", search, findings.model, balances)
         if judged is None or judged.is_interrupted:
             said.interrupt()  # what a part of a search leaves open is nobody's ambiguity group
-        elif not too_little_to_reject(judged, other) and not judged.has_other_bristles:
+        elif not too_little_to_reject(judged, other) and judged.bristles is Bristles.AS_STATED:
             found += narrow(findings, judged)
     return tuple(found)
 

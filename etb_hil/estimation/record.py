@@ -22,6 +22,10 @@ _JITTER = 1e-6  # s rms between a sample's time and its stamp, where nothing els
 # samples show little of that. By 0.015 and 0.03 healthy records are as likely, without it up to 500 nats less, and
 # a disturbance is needed in them then (`python benchmarks/explain_study.py nothing FIRST COUNT`).
 _CREEP = 0.02
+# The same share for bristles of any law, over their length. With 0.05 to 0.15 healthy units need no disturbance:
+# LuGre's, elasto-plastic ones, those of Maxwell slip and of GMS (`python benchmarks/unit_faults.py --kinds none
+# elasto-plastic maxwell-slip gms`).
+_OPEN = 0.1
 _COLUMNS = ("since", "heat", "dt", "voltage", "unsure", "temperature", "readings", "lasts")
 _RESTS = 0.01  # of a record's rms velocity: a plate that is slower rests
 _SLOWEST = 1e-12  # rad/s, of a plate that never moves
@@ -108,6 +112,12 @@ class Record:
         """Return the record with unsure torque where limp-home and stops are."""
         settings = self.settings.copy()
         settings[[kalman.HOME, kalman.LOW, kalman.HIGH]] = parameters[[LIMP_HOME, STOP_LOW, STOP_HIGH]]
+        return replace(self, settings=settings)
+
+    def with_open_bristles(self) -> Record:
+        """Return the record with bristles whose law is open; only elasto-plastic ones are."""
+        settings = self.settings.copy()
+        settings[kalman.CREEP] *= (_OPEN / _CREEP) ** 2
         return replace(self, settings=settings)
 
     def thinned(self, most: int, parts: int) -> Record:

@@ -51,7 +51,7 @@ def prepared(whole: Record, model: Model) -> Prepared:
     effects = effects_of(model, largest_torque(model, record.voltage))
     base = [_as_sampled(one, record, model) for one in base_unknowns(model)]
     seen = as_seen(record, effects, model.values.gear_ratio)
-    unknowns = (*base, *_bristles(p), *bench_unknowns(record), *_stated(model, effects), *_late(record, seen, p))
+    unknowns = (*base, *bristle_unknowns(p), *bench_unknowns(record), *_stated(model, effects), *_late(record, seen, p))
     return Prepared(record, seen, unknowns, p)
 
 
@@ -72,7 +72,7 @@ def _as_sampled(unknown: Unknown, record: Record, model: Model) -> Unknown:
     return replace(unknown, reach=reach, deviation=reach / np.sqrt(3.0))
 
 
-def _bristles(parameters: Float64) -> list[Unknown]:
+def bristle_unknowns(parameters: Float64) -> list[Unknown]:
     """Return the elastic share of elasto-plastic bristles, which no file states."""
     share = float(parameters[ELASTIC])
     low, high = ELASTIC_SHARES

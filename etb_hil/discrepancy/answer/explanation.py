@@ -22,7 +22,7 @@ from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
 from etb_hil.discrepancy.measured.regimes import REGIMES
 from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.search.bench_numbers import bench_numbers
-from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
+from etb_hil.discrepancy.search.findings import Bristles, Compared, Findings, SelectionStep
 from etb_hil.discrepancy.search.thresholds import excess
 from etb_hil.hypotheses.terms import least_change
 from etb_hil.plant.component import Component, component_of_parameter
@@ -37,10 +37,16 @@ from etb_hil.results.explained.models import LAST_FIT, CalibratedParameter, Mode
 from etb_hil.results.explained.residual import BalanceResidual, DataQuality, Excess, Unexplained
 from etb_hil.results.explanation import ExplanationResult
 
-_OTHER_BRISTLES = (
-    "the record shows elasto-plastic bristles, and the model file has LuGre's: all numbers are of a model with "
-    "friction_model: elasto-plastic; state it in the file"
-)
+_OTHER_BRISTLES = {
+    Bristles.ELASTO_PLASTIC: (
+        "the record shows elasto-plastic bristles, and the model file has LuGre's: all numbers are of a model with "
+        "friction_model: elasto-plastic; state it in the file"
+    ),
+    Bristles.OPEN: (
+        "friction before the plate slides is neither LuGre's nor elasto-plastic: it was left open, and what acts there "
+        "alone would not be seen; elasto-plastic bristles are the nearest, and all numbers are of these"
+    ),
+}
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 
 
@@ -76,9 +82,9 @@ def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResul
 def _data_quality(findings: Findings) -> tuple[DataQuality, ...]:
     """Return the quality of each segment, and whether bristles are not the file's."""
     found = data_quality(findings.balances, findings.model)
-    if not findings.has_other_bristles:
+    if findings.bristles is Bristles.AS_STATED:
         return found
-    return tuple(replace(one, flags=(*one.flags, _OTHER_BRISTLES)) for one in found)
+    return tuple(replace(one, flags=(*one.flags, _OTHER_BRISTLES[findings.bristles])) for one in found)
 
 
 def _errors(findings: Findings, holdout: Holdout) -> Errors:

@@ -24,7 +24,7 @@ from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.discrepancy.measured.filter_record import as_record
 from etb_hil.discrepancy.search.current_model import continue_from
-from etb_hil.discrepancy.search.findings import Compared, Findings, SelectionStep
+from etb_hil.discrepancy.search.findings import Bristles, Compared, Findings, SelectionStep
 from etb_hil.discrepancy.search.thresholds import beyond_chance, rejects
 from etb_hil.estimation.record import joined
 from etb_hil.hypotheses.comparison import Hypothesis
@@ -62,6 +62,8 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
     balances = findings.balances
     is_as_healthy = not beyond_chance(findings.final_groups, findings.samples).any()
     made = joined([as_record(b.measured, findings.model) for b in balances])
+    if findings.bristles is Bristles.OPEN:
+        made = made.with_open_bristles()
     names = {parameter_id(unknown.name) for unknown in findings.final.unknowns} - set(findings.tested)
     out = [*without, *beyond_judging(balances), *map(own_name, names)]
     ids = _free_in_balances() if is_as_healthy else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,17 @@ from etb_hil.hypotheses.search import Found, Step
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
+
+
+class Bristles(Enum):
+    """The law of the bristles in a model, beside that of the model file.
+
+    OPEN: near elasto-plastic ones, by no known law. The record is filtered so that it does not matter which.
+    """
+
+    AS_STATED = "as stated"
+    ELASTO_PLASTIC = "elasto-plastic"
+    OPEN = "open"
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +83,7 @@ class Findings:
 
     `first_groups`: each group's mean square over its noise floor before any cause; `current_model`: the model with all
     causes. `tested`: ids of all candidates that these data can show. `found`: what the likelihood finds, None where it
-    was not asked. `has_other_bristles`: `model` has elasto-plastic bristles, and the model file LuGre's.
+    was not asked. `bristles`: those of `model`, where they are not the model file's.
     """
 
     model: Model
@@ -85,7 +97,7 @@ class Findings:
     found: Found | None = None
     verdict: str = ""
     is_interrupted: bool = False
-    has_other_bristles: bool = False
+    bristles: Bristles = Bristles.AS_STATED
 
     @property
     def is_linear(self) -> bool:

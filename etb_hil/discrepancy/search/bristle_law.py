@@ -1,0 +1,64 @@
+"""Which law the bristles bend by, where LuGre's leaves something to explain.
+
+By which law bristles bend is no fault of a unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from etb_hil.discrepancy.search.findings import Bristles, Findings
+from etb_hil.estimation.calibration import first_disturbance, settled
+from etb_hil.estimation.climbing import begun
+from etb_hil.estimation.filtering import filtered
+from etb_hil.hypotheses.constants import GAIN
+from etb_hil.hypotheses.prepared import bristle_unknowns
+from etb_hil.plant.effects.layout import ELASTIC
+from etb_hil.plant.model_file import FrictionModel
+from etb_hil.plant.parameters import Model
+
+
+def may_be_another(model: Model) -> bool:
+    """Tell whether bristles of another law than the model's may explain a record."""
+    return model.device.is_throttle and model.friction_model is FrictionModel.LUGRE
+
+
+def elasto_plastic(model: Model) -> Model:
+    """Return a model with elasto-plastic bristles."""
+    return replace(model, friction_model=FrictionModel.ELASTO_PLASTIC)
+
+
+def likeliest_law(findings: Findings, other: Model) -> Bristles | None:
+    """Return the law by which what was found is likelier than by the model's.
+
+    None where it is by none of them.
+
+    `other`: the model with elasto-plastic bristles.
+    """
+    if findings.found is None:
+        return None
+    record, final = findings.found.record, findings.found.final
+    p = final.parameters.copy()
+    p[ELASTIC] = other.vector()[ELASTIC]
+    unknowns = [*final.unknowns, *bristle_unknowns(p)]
+    most, likeliest = final.posterior, None
+    for law, seen in ((Bristles.ELASTO_PLASTIC, record), (Bristles.OPEN, record.with_open_bristles())):
+        posterior = settled(seen, begun(seen, p, unknowns, first_disturbance(p))).posterior
+        if posterior > most + GAIN:
+            most, likeliest = posterior, law
+    return likeliest
+
+
+def is_likelier(findings: Findings, others: Findings) -> bool:
+    """Tell whether the final model of `others` is likelier than that of some findings."""
+    if findings.found is None or others.found is None:
+        return False
+    its, theirs = findings.found.final, others.found.final
+    # Each search chooses samples of its own: likelihoods are compared on the same ones.
+    record = replace(others.found.record, settings=findings.found.record.settings)
+    return filtered(record, its.parameters, its.disturbance).log_likelihood + GAIN < theirs.filtered.log_likelihood
+
+
+def named(findings: Findings) -> list[tuple[str, set[str]]]:
+    """Return what findings name, each with its ambiguity group."""
+    return [(one.winner.id, set(one.ambiguity_group)) for one in findings.accepted]
