@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.base.copying import copy_into
 from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.windows import bend
 from etb_hil.plant.exactmath import exp, exp_neg, gauss, log
@@ -34,8 +33,12 @@ _SLOWEST = 1e-9  # rad/s
 _SHORT = 1e-4  # of the way that bends bristles to the full: below it, differences of near numbers lose digits
 _BLOCK = 256  # steps whose numbers stay in the processor's cache
 # Numbers of a step: the way in rad, the speed and the factor on g after it, its begin and end as shares of the tick;
-# the level g after it, way over the one that bends bristles to the full, what of the bend is kept, and what is early.
-_MOVED, _OMEGA, _LOCAL, _FROM, _TO, _LEVEL, _RATIO, _KEPT, _EARLY, _EARLY_BY, _FIELDS = range(11)
+# the level g after it, way over the one that bends bristles to the full, what of the bend is kept, and what is early;
+# the end that bristles approach, their deflection after it and its rate; the derivatives of the deflection by the
+# level before and after it and by the logarithm of the stiffness, and those of the torque by deflection and level.
+_MOVED, _OMEGA, _LOCAL, _FROM, _TO, _LEVEL, _RATIO, _KEPT, _EARLY, _EARLY_BY = range(10)
+_SETTLED, _BRISTLE, _RATE, _OF_FIRST, _OF_LAST, _OF_STIFFNESS, _OF_BRISTLE, _OF_LEVEL = range(10, 18)
+_FALLING, _RISING, _FIELDS = range(18, 21)
 _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks around
 
 
@@ -56,21 +59,30 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     1979, Ruina 1983).
     """
     parameters = len(out) - 1
-    steps, by = np.empty((_FIELDS, 1 + _BLOCK)), np.zeros((1 + _BLOCK, parameters))
-    tick = np.empty(1 + _BLOCK, np.int64)
-    bristle_by, age = np.zeros(1 + parameters), np.zeros(2)  # what is carried along, and its derivatives
-    torque, here, there = np.zeros(1 + parameters), np.zeros(1 + parameters), np.zeros(1 + parameters)
-    steps[_LEVEL, 0] = _level(0.0, local[0], q, exp(-q[LOG_SPEED]), _exponent(q), _least(q), by[0])
+    steps, tick = np.zeros((_FIELDS, 1 + _BLOCK)), np.empty(1 + _BLOCK, np.int64)
+    by, bent = np.zeros((parameters, 1 + _BLOCK)), np.zeros((parameters, 1 + _BLOCK))
+    torque, age = np.zeros((1 + parameters, 1 + _BLOCK)), np.zeros(2)
+    for p in range(1 + parameters):
+        for k in range(len(angle)):
+            out[p, k] = 0.0
+    steps[_LOCAL, 0] = local[0]
+    _fill_levels(steps, 0, 0, q, by)
     begin, omega = 0, 0.0
     # Block by block, each thing for all steps of a block: what one step does not hand to the next waits for nothing.
     while begin < len(angle) - 1:
         count, begin, omega = _cut(angle, local, begin, omega, steps, tick)
-        _fill_levels(steps, count, q, age, by)
-        _carry(steps, count, tick, q, by, bristle_by, torque, here, there, out)
-        steps[_LEVEL, 0] = steps[_LEVEL, count]
-        copy_into(by[0], 0, by[count])
+        _fill_levels(steps, 1, count, q, by)
+        if q[AGEING] != 0.0:
+            _add_age(steps, count, q, age, by)
+        _fill_ratios(steps, count, q)
+        _carry(steps, count, q, by, bent)
+        _share_out(steps, count, tick, q, by, bent, torque, out)
+        steps[_LEVEL, 0], steps[_BRISTLE, 0] = steps[_LEVEL, count], steps[_BRISTLE, count]
+        for p in range(parameters):
+            by[p, 0], bent[p, 0] = by[p, count], bent[p, count]
+        for p in range(1 + parameters):
+            torque[p, 0] = torque[p, count]
     for p in range(1 + parameters):
-        out[p, len(angle) - 1] = here[p]
         bend(out[p], 1.0 / 24.0, -1.0 / 24.0, samples)
 
 
@@ -107,20 +119,44 @@ def _cut(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _fill_levels(steps: Float64, count: int, q: Float64, age: Float64, by: Float64) -> None:
-    """Fill in the levels after each step, and their derivatives.
+def _fill_levels(steps: Float64, first: int, last: int, q: Float64, by: Float64) -> None:
+    """Fill in the levels after steps without age, and their derivatives.
 
-    With them comes what each step keeps of the bristles' bend.
+    `by` (p, 1 + n) has those by the parameters.
     """
     inverse_speed, exponent, least = exp(-q[LOG_SPEED]), _exponent(q), _least(q)
+    is_law = len(by) > FRICTION_PARAMETERS
+    if exponent == 2.0 and not is_law:  # as constants: the usual loop takes a fifth of the time
+        for j in range(first, last + 1):
+            level = _level(steps[_OMEGA, j], steps[_LOCAL, j], q, inverse_speed, 2.0, least, False)
+            steps[_LEVEL, j], by[COULOMB, j], by[DROP, j], by[LOG_SPEED, j], _ = level
+        return
+    for j in range(first, last + 1):
+        level = _level(steps[_OMEGA, j], steps[_LOCAL, j], q, inverse_speed, exponent, least, is_law)
+        steps[_LEVEL, j], by[COULOMB, j], by[DROP, j], by[LOG_SPEED, j], of_exponent = level
+        if is_law:
+            by[_EXPONENT_BY, j] = of_exponent
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _add_age(steps: Float64, count: int, q: Float64, age: Float64, by: Float64) -> None:
+    """Add to the levels what the contacts' age makes of them.
+
+    `age` has the age in s and its derivative, which are carried on.
+    """
+    inverse_way, inverse_onset = exp(-q[LOG_RENEWAL]), exp(-q[LOG_ONSET])
     for j in range(1, count + 1):
-        steps[_LEVEL, j] = _level(steps[_OMEGA, j], steps[_LOCAL, j], q, inverse_speed, exponent, least, by[j])
-    if q[AGEING] != 0.0:
-        inverse_way, inverse_onset = exp(-q[LOG_RENEWAL]), exp(-q[LOG_ONSET])
-        for j in range(1, count + 1):
-            time = TICK * (steps[_TO, j] - steps[_FROM, j])
-            age[0], age[1] = _aged(age[0], age[1], steps[_MOVED, j], time, inverse_way)
-            steps[_LEVEL, j] += _of_age(age[0], age[1], steps[_LOCAL, j], q, inverse_onset, by[j])
+        time = TICK * (steps[_TO, j] - steps[_FROM, j])
+        age[0], age[1] = _aged(age[0], age[1], steps[_MOVED, j], time, inverse_way)
+        more, of_ageing, of_renewal, of_onset = _of_age(age[0], age[1], steps[_LOCAL, j], q, inverse_onset)
+        steps[_LEVEL, j] += more
+        if len(by) > FRICTION_PARAMETERS:
+            by[_AGEING_BY, j], by[_RENEWAL_BY, j], by[_ONSET_BY, j] = of_ageing, of_renewal, of_onset
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _fill_ratios(steps: Float64, count: int, q: Float64) -> None:
+    """Fill in what each step keeps of the bristles' bend."""
     stiffness = exp(q[LOG_STIFFNESS])
     for j in range(1, count + 1):
         ratio = stiffness * abs(steps[_MOVED, j]) / (0.5 * (steps[_LEVEL, j - 1] + steps[_LEVEL, j]))
@@ -132,67 +168,72 @@ def _fill_levels(steps: Float64, count: int, q: Float64, age: Float64, by: Float
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _carry(
-    steps: Float64,
-    count: int,
-    tick: Int64,
-    q: Float64,
-    by: Float64,
-    bristle_by: Float64,
-    torque: Float64,
-    here: Float64,
-    there: Float64,
-    out: Float64,
-) -> None:
-    """Carry the bristles along a block, and share the torque out to its ticks.
+def _carry(steps: Float64, count: int, q: Float64, by: Float64, bent: Float64) -> None:
+    """Carry the bristles' deflection along a block, with its derivatives.
 
-    `bristle_by` has the bristles' deflection and its derivatives, `torque` (1 + p) those of the torque, `here` and
-    `there` what has come together at the tick that is under way and at the next one.
-
-    The level goes evenly from g to h along a step. Were it held at its mean, bristles would follow a level that changes
-    with speed half a step late.
+    `bent` (p, 1 + n) has those by the parameters. The level goes evenly from g to h along a step. Were it held at its
+    mean, bristles would follow a level that changes with speed half a step late.
     """
     stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
     for j in range(1, count + 1):
-        g, h, omega = steps[_LEVEL, j - 1], steps[_LEVEL, j], steps[_OMEGA, j]
+        side, kept, early = _side(steps[_MOVED, j]), steps[_KEPT, j], steps[_EARLY, j]
+        first, last = side * steps[_LEVEL, j - 1] / stiffness, side * steps[_LEVEL, j] / stiffness
+        steps[_SETTLED, j] = last * (1.0 - early) + first * (early - kept)
+    for j in range(1, count + 1):
+        steps[_BRISTLE, j] = steps[_SETTLED, j] + steps[_BRISTLE, j - 1] * steps[_KEPT, j]
+    for j in range(1, count + 1):
+        g, h, omega, bristle = steps[_LEVEL, j - 1], steps[_LEVEL, j], steps[_OMEGA, j], steps[_BRISTLE, j]
         ratio, kept, early, early_by = steps[_RATIO, j], steps[_KEPT, j], steps[_EARLY, j], steps[_EARLY_BY, j]
-        side = 1.0 if steps[_MOVED, j] > 0.0 else -1.0
-        mean = 0.5 * (g + h)
+        side, mean = _side(steps[_MOVED, j]), 0.5 * (g + h)
         first, last = side * g / stiffness, side * h / stiffness
-        by_ratio = first * (early_by + kept) - last * early_by - bristle_by[0] * kept
+        by_ratio = first * (early_by + kept) - last * early_by - steps[_BRISTLE, j - 1] * kept
         of_mean = -0.5 * by_ratio * ratio / mean
-        of_first, of_last = of_mean + side * (early - kept) / stiffness, of_mean + side * (1.0 - early) / stiffness
-        settled = last * (1.0 - early) + first * (early - kept)
-        bristle_by[0] = bristle = settled + bristle_by[0] * kept
+        steps[_OF_FIRST, j] = of_mean + side * (early - kept) / stiffness
+        steps[_OF_LAST, j] = of_mean + side * (1.0 - early) / stiffness
+        steps[_OF_STIFFNESS, j] = by_ratio * ratio - steps[_SETTLED, j]
         drag = stiffness * abs(omega) / h
-        rate = omega - drag * bristle
-        of_bristle, of_level = stiffness - damping * drag, damping * drag * bristle / h
-        share, middle = steps[_TO, j] - steps[_FROM, j], (steps[_FROM, j] + steps[_TO, j]) * 0.5
-        for p in range(len(torque)):
-            if p == 0:
-                after = stiffness * bristle + damping * rate + q[VISCOUS] * omega
-            else:
-                bent = bristle_by[p] * kept + of_first * by[j - 1, p - 1] + of_last * by[j, p - 1]
-                if p == 1 + LOG_STIFFNESS:
-                    bent += by_ratio * ratio - settled
-                bristle_by[p] = bent
-                after = of_bristle * bent + of_level * by[j, p - 1]
-                if p == 1 + VISCOUS:
-                    after += omega
-                elif p == 1 + LOG_STIFFNESS:
-                    after += of_bristle * bristle
-                elif p == 1 + LOG_DAMPING:
-                    after += damping * rate
-            # A tick gets the integral of the torque times the falling side of its triangle, the next one that times
-            # the rising side; the torque is linear over the step.
-            level, tilt = 0.5 * (torque[p] + after), 0.5 * (after - torque[p])
-            here[p] += share * ((0.5 - middle + 0.5) * level - share / 6.0 * tilt)
-            there[p] += share * (middle * level + share / 6.0 * tilt)
-            torque[p] = after
-        if j == count or tick[j + 1] != tick[j]:
-            for p in range(len(torque)):
-                out[p, tick[j]] = here[p]
-                here[p], there[p] = there[p], 0.0
+        steps[_RATE, j] = omega - drag * bristle
+        steps[_OF_BRISTLE, j], steps[_OF_LEVEL, j] = stiffness - damping * drag, damping * drag * bristle / h
+    for j in range(1, count + 1):
+        kept, of_first, of_last = steps[_KEPT, j], steps[_OF_FIRST, j], steps[_OF_LAST, j]
+        for p in range(len(bent)):
+            bent[p, j] = bent[p, j - 1] * kept + of_first * by[p, j - 1] + of_last * by[p, j]
+        bent[LOG_STIFFNESS, j] += steps[_OF_STIFFNESS, j]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _share_out(
+    steps: Float64, count: int, tick: Int64, q: Float64, by: Float64, bent: Float64, torque: Float64, out: Float64
+) -> None:
+    """Share the torque after each step out to the ticks, with its derivatives.
+
+    `torque` (1 + p, 1 + n) is filled in. A tick gets the integral of the torque times the falling side of its triangle,
+    the next one that times the rising side; the torque is linear over the step.
+    """
+    stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
+    for j in range(1, count + 1):
+        torque[0, j] = stiffness * steps[_BRISTLE, j] + damping * steps[_RATE, j] + q[VISCOUS] * steps[_OMEGA, j]
+    for p in range(len(by)):
+        for j in range(1, count + 1):
+            torque[1 + p, j] = steps[_OF_BRISTLE, j] * bent[p, j] + steps[_OF_LEVEL, j] * by[p, j]
+    for j in range(1, count + 1):
+        torque[1 + VISCOUS, j] += steps[_OMEGA, j]
+        torque[1 + LOG_STIFFNESS, j] += steps[_OF_BRISTLE, j] * steps[_BRISTLE, j]
+        torque[1 + LOG_DAMPING, j] += damping * steps[_RATE, j]
+    for p in range(len(torque)):
+        for j in range(1, count + 1):
+            share, middle = steps[_TO, j] - steps[_FROM, j], (steps[_FROM, j] + steps[_TO, j]) * 0.5
+            level, tilt = 0.5 * (torque[p, j - 1] + torque[p, j]), 0.5 * (torque[p, j] - torque[p, j - 1])
+            steps[_FALLING, j] = share * ((0.5 - middle + 0.5) * level - share / 6.0 * tilt)
+            steps[_RISING, j] = share * (middle * level + share / 6.0 * tilt)
+        for j in range(1, count + 1):
+            out[p, tick[j]] += steps[_FALLING, j]
+            out[p, tick[j] + 1] += steps[_RISING, j]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _side(moved: float) -> float:
+    return 1.0 if moved > 0.0 else -1.0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -260,17 +301,17 @@ def steady_by(omega: float, q: Float64) -> Float64:
 
     They are those at a velocity in rad/s.
     """
-    by, out = np.zeros(FRICTION_PARAMETERS + LAW_PARAMETERS), np.zeros(len(q))
+    out = np.zeros(len(q))
     way = 1.0 if omega >= 0.0 else -1.0
-    _level(omega, 1.0, q, exp(-q[LOG_SPEED]), _exponent(q), -np.inf, by)
+    _, of_coulomb, of_drop, of_speed, of_exponent = _level(
+        omega, 1.0, q, exp(-q[LOG_SPEED]), _exponent(q), -np.inf, True
+    )
+    out[COULOMB], out[DROP], out[LOG_SPEED], out[VISCOUS] = way * of_coulomb, way * of_drop, way * of_speed, omega
+    out[LOG_EXPONENT] = way * of_exponent
     if q[AGEING] != 0.0:
         age = exp(q[LOG_RENEWAL]) / max(abs(omega), _SLOWEST)
-        _of_age(age, age, 1.0, q, exp(-q[LOG_ONSET]), by)
-    for k in range(FRICTION_PARAMETERS):
-        out[k] = way * by[k]
-    out[VISCOUS] = omega
-    for k in range(LAW_PARAMETERS):
-        out[LOG_EXPONENT + k] = way * by[FRICTION_PARAMETERS + k]
+        _, of_ageing, of_renewal, of_onset = _of_age(age, age, 1.0, q, exp(-q[LOG_ONSET]))
+        out[AGEING], out[LOG_RENEWAL], out[LOG_ONSET] = way * of_ageing, way * of_renewal, way * of_onset
     return out
 
 
@@ -299,25 +340,22 @@ def _peak(ratio: float, exponent: float) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _level(
-    omega: float, local: float, q: Float64, inverse_speed: float, exponent: float, least: float, by: Float64
-) -> float:
+    omega: float, local: float, q: Float64, inverse_speed: float, exponent: float, least: float, is_law: bool
+) -> tuple[float, float, float, float, float]:
     """Return g(omega) in N·m times a factor, without age, and its derivatives.
 
+    They are those by T_c, by the drop, by the logarithm of the speed and, with `is_law`, by that of the exponent.
     Source: seed paper, eq. 2, with any exponent (Armstrong-Helouvry 1991).
     """
     u = abs(omega) * inverse_speed
-    logarithm = log(u) if u > 0.0 and (exponent != 2.0 or len(by) > FRICTION_PARAMETERS) else 0.0
+    logarithm = log(u) if u > 0.0 and (exponent != 2.0 or is_law) else 0.0
     power = u * u if exponent == 2.0 else (exp(exponent * logarithm) if u > 0.0 else 0.0)
     bell = gauss(u) if exponent == 2.0 else exp_neg(power)
     g = local * (q[COULOMB] + q[DROP] * bell)
     if g < least:
-        by[:] = 0.0
-        return least
+        return least, 0.0, 0.0, 0.0, 0.0
     slope = local * exponent * power * bell * q[DROP]
-    by[COULOMB], by[DROP], by[LOG_SPEED] = local, local * bell, slope
-    if len(by) > FRICTION_PARAMETERS:
-        by[_EXPONENT_BY] = -slope * logarithm
-    return g
+    return g, local, local * bell, slope, -slope * logarithm
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -338,13 +376,13 @@ def _aged(age: float, age_by: float, moved: float, time: float, inverse_way: flo
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _of_age(age: float, age_by: float, local: float, q: Float64, inverse_onset: float, by: Float64) -> float:
+def _of_age(
+    age: float, age_by: float, local: float, q: Float64, inverse_onset: float
+) -> tuple[float, float, float, float]:
     """Return what contacts of an age in s add to g in N·m (Dieterich 1979).
 
-    Its derivatives are filled into `by`.
+    The others are its derivatives by the growth and by the logarithms of renewal and onset.
     """
     ratio = age * inverse_onset
     logarithm, slope = log(1.0 + ratio), local * q[AGEING] * inverse_onset / (1.0 + ratio)
-    if len(by) > FRICTION_PARAMETERS:
-        by[_AGEING_BY], by[_RENEWAL_BY], by[_ONSET_BY] = local * logarithm, slope * age_by, -slope * age
-    return local * q[AGEING] * logarithm
+    return local * q[AGEING] * logarithm, local * logarithm, slope * age_by, -slope * age
