@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
+from itertools import takewhile
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, InputError, PartFault, RecordingFault
@@ -20,7 +21,7 @@ from etb_hil.scenario.condition import Condition, Until
 from etb_hil.scenario.kinds.prompt import PromptPhase
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.scenario_file import Step
-from etb_hil.scenario.trajectory import OFF, Trajectory, move
+from etb_hil.scenario.trajectory import OFF, SetPoint, Trajectory, move
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.photos import photo_name
 from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord
@@ -248,7 +249,7 @@ class Runner:
         while (since_ns := beat.next_ns - start_ns) < duration_ns:
             room = beat.room() if until is None else 0
             times_ns = range(since_ns, min(since_ns + max(room, 1) * beat.tick_ns, duration_ns), beat.tick_ns)
-            points = [trajectory.at(one * 1e-9) for one in times_ns]
+            points = _up_to_a_switch([trajectory.at(one * 1e-9) for one in times_ns])
             if len(points) > 1 and beat.ahead(points):
                 continue
             beat(points[0])
@@ -335,3 +336,8 @@ class Runner:
                 frame_age_ms=self._beat.frame_age.worst_ns * 1e-6,
             )
         )
+
+
+def _up_to_a_switch(points: list[SetPoint]) -> list[SetPoint]:
+    """Return the first set-points, up to one that switches the bridge."""
+    return list(takewhile(lambda one: one.enable is points[0].enable, points))

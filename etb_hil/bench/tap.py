@@ -23,7 +23,7 @@ from etb_hil.canio.frames import FrameBlock
 from etb_hil.recording.samples import Int64, SampleBlock
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.trajectory import SetPoint
-from etb_hil.session.analysis import Analysis
+from etb_hil.session.analysis import JUDGE_NS, Analysis
 from etb_hil.session.events import EventSink
 
 if TYPE_CHECKING:
@@ -112,14 +112,14 @@ class Tap:
 
     @property
     def ahead_until_ns(self) -> int:
-        """Until when `ahead` may live at most: the end of a segment.
+        """Until when `ahead` may live at most: the end of the next segment.
 
         It is 0 where the bench may not live ahead.
         """
         if self._virtual is None or self.talk is not None:
             return 0
         can = self._virtual.network.can_rewind and self._analysis.can_rewind
-        return self._analysis.segment_end_ns if can else 0
+        return self._analysis.segment_end_ns + JUDGE_NS if can else 0
 
     def ahead(self, set_points: Sequence[SetPoint], sent_ns: Int64, until_ns: int) -> Ahead | None:
         """Send set-points (n) at their times, and live until a time after all of them.
