@@ -35,12 +35,13 @@ from numba.core.environment import Environment, lookup_environment
 from numba.core.errors import ForceLiteralArg
 from numba.core.runtime import nrtdynmod, rtsys
 from numba.core.serialize import dumps
-from numba.core.types import IntegerLiteral, Type
+from numba.core.types import BooleanLiteral, IntegerLiteral, Type
 from numba.core.typing.templates import Signature
 from numba.misc.appdirs import AppDirs
 
 from etb_hil.base.claim import Claim
 from etb_hil.base.fingerprint import fingerprint, options_fingerprint, type_fingerprint
+from etb_hil.base.known_calls import remember_calls
 from etb_hil.base.lean_imports import lean_numba
 
 _CONFIG: Any = numba.config
@@ -79,7 +80,7 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
 def _called_with(dispatcher: Any, types: Iterable[Type], named: Mapping[str, Type]) -> Any:  # noqa: ANN401 (numba's)
     """Return how a function is called from compiled code, by numba.
 
-    Where a caller writes a whole number, numba would compile the function anew for that number.
+    Where a caller writes a whole number or a truth value, numba would compile the function anew for it.
     """
     try:
         plain = {name: _without_value(one) for name, one in named.items()}
@@ -89,7 +90,7 @@ def _called_with(dispatcher: Any, types: Iterable[Type], named: Mapping[str, Typ
 
 
 def _without_value(one: Type) -> Type:
-    return one.literal_type if isinstance(one, IntegerLiteral) else one
+    return one.literal_type if isinstance(one, IntegerLiteral | BooleanLiteral) else one
 
 
 def _dispatcher(function: Function, options: Mapping[str, object], *, cache: bool) -> Function:
@@ -304,6 +305,7 @@ def _load_numba(target_context: BaseContext) -> None:
     """
     with lean_numba():
         target_context.refresh()
+    remember_calls()
 
 
 @functools.cache
