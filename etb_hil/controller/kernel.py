@@ -27,7 +27,7 @@ from etb_hil.controller.state import (
     Status,
 )
 from etb_hil.plant.extended import advance_extended, told_current, told_motor_angle, told_plate
-from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, advance
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, advance
 from etb_hil.plant.physics import BACK_EMF, GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 from etb_hil.plant.physics import LIMP_HOME as LIMP_HOME_ANGLE
 
@@ -52,6 +52,7 @@ def run_ticks(
     fixed: NDArray[np.void],
     sheets: NDArray[np.void],
     plant: Vector,
+    extended: Vector | None,
     laws: NDArray[np.float64],
     unit: Vector,
     nominal: Vector,
@@ -67,21 +68,22 @@ def run_ticks(
     Return how many events were used, and how many samples, statuses and switches were written.
 
     `state`, `fixed` and `sheets` hold one `State`, `Settings` and `DataSheet` each (`state.record`; a call from Python
-    takes an array in a tenth of the time that an element of it takes); `plant` is the integrator's state; `unit`,
-    `nominal` are parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a
-    kelvin; `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the next three are written to
-    and have room for one sample a tick, a status and a control tick; `burst` is room for a frame that is under way.
+    takes an array in a tenth of the time that an element of it takes). `plant` is the integrator's state, `extended`
+    the same array where the unit has effects, else None: no effect is compiled then. `unit`, `nominal` are parameter
+    vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin. `event_ns` int64
+    (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp. The next three are written to and have room for one
+    sample a tick, a status and a control tick; `burst` is room for a frame that is under way.
     """
     s, settings, sheet = state[0], fixed[0], sheets[0]
     used = sampled = stated = switched = 0
     while s.tick < end_tick:
         if s.tick % CONTROL_TICKS == 0:
             now_ns = settings.start_ns + s.tick * TICK_NS
-            _measure(s, plant, unit, nominal, sheet)
+            _measure(s, plant, extended, unit, nominal, sheet)
             while used < len(event_ns) and event_ns[used] <= now_ns:
                 events.apply_event(s, settings, now_ns, event_ns[used], event[used])
                 used += 1
-            switched_now = _control(s, settings, sheet, plant, unit, nominal, now_ns)
+            switched_now = _control(s, settings, sheet, plant, extended, unit, nominal, now_ns)
             monitors.watch(s, nominal)
             if switched_now:
                 switch = switches[switched]
@@ -95,26 +97,33 @@ def run_ticks(
         sampling = s.sample_ticks > 0
         if sampling and s.tick >= s.sample_end and s.tick % BURST_SAMPLES == 0:
             s.sample_ticks, sampling = 0, False
-        if sampling and s.tick % s.sample_ticks == 0 and _sample(s, plant, unit, sheet, samples[sampled], burst):
-            sampled += 1
+        if sampling and s.tick % s.sample_ticks == 0:
+            sampled += _sample(s, plant, extended, unit, sheet, samples[sampled], burst)
         # Up to the next tick at which something happens, even past the end: the plant must not feel how time is cut.
         next_tick = (s.tick // CONTROL_TICKS + 1) * CONTROL_TICKS
         if sampling:
             next_tick = min(next_tick, (s.tick // s.sample_ticks + 1) * s.sample_ticks)
-        if len(plant) > STATES:
-            advance_extended(plant, unit, s.voltage, next_tick - s.tick, s.temperature)
-        else:
+        if extended is None:
             advance(plant, unit, s.voltage, next_tick - s.tick)
+        else:
+            advance_extended(extended, unit, s.voltage, next_tick - s.tick, s.temperature)
         s.tick = next_tick
     return used, sampled, stated, switched
 
 
 @njit(cache=True, error_model="numpy")
 def _control(
-    s: State, settings: Settings, sheet: DataSheet, plant: Vector, unit: Vector, nominal: Vector, now_ns: int
+    s: State,
+    settings: Settings,
+    sheet: DataSheet,
+    plant: Vector,
+    extended: Vector | None,
+    unit: Vector,
+    nominal: Vector,
+    now_ns: int,
 ) -> bool:
     """Do one control tick; return whether the bridge was switched on or off."""
-    s.current = sensors.measured_current(told_current(plant, s.temperature, unit), s.tick, sheet)
+    s.current = sensors.measured_current(_current(s, plant, extended, unit), s.tick, sheet)
     supervision.warm_up(s, settings, unit, plant[CURRENT], CONTROL_PERIOD)
     supervision.watch(s, now_ns)
     supervision.protect(s, s.current, nominal)
@@ -135,13 +144,13 @@ def _control(
 
 
 @njit(cache=True, error_model="numpy")
-def _measure(s: State, plant: Vector, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
+def _measure(s: State, plant: Vector, extended: Vector | None, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
     """Read encoder and plate tracks.
 
     The tracks say, slowly, where the encoder's origin is.
     """
-    encoder = sensors.encoder_angle(told_motor_angle(plant, unit), sheet) / nominal[GEAR_RATIO]
-    s.track, s.track_2 = track, track_2 = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
+    encoder = sensors.encoder_angle(_motor_angle(plant, extended, unit), sheet) / nominal[GEAR_RATIO]
+    s.track, s.track_2 = track, track_2 = sensors.track_angles(_plate_angle(plant, extended, unit), s.tick, sheet)
     s.origin_samples = min(s.origin_samples + 1, SLOWEST_ORIGIN)
     s.encoder_origin += (0.5 * (track + track_2) - encoder - s.encoder_origin) / s.origin_samples
     velocity = (encoder - s.encoder) / CONTROL_PERIOD
@@ -158,7 +167,13 @@ def _show_refusals(s: State) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _sample(
-    s: State, plant: Vector, unit: Vector, sheet: DataSheet, sample: Sample, burst: NDArray[np.float64]
+    s: State,
+    plant: Vector,
+    extended: Vector | None,
+    unit: Vector,
+    sheet: DataSheet,
+    sample: Sample,
+    burst: NDArray[np.float64],
 ) -> bool:
     """Sample this instant.
 
@@ -167,11 +182,11 @@ def _sample(
     The voltage is the one that the bridge gives from this instant on.
     """
     index = s.tick % BURST_SAMPLES if s.burst else 0
-    burst[0, index] = sensors.measured_current(told_current(plant, s.temperature, unit), s.tick, sheet)
-    burst[1, index] = sensors.encoder_angle(told_motor_angle(plant, unit), sheet)
+    burst[0, index] = sensors.measured_current(_current(s, plant, extended, unit), s.tick, sheet)
+    burst[1, index] = sensors.encoder_angle(_motor_angle(plant, extended, unit), sheet)
     if index == 0:
         burst[2, 0] = sensors.measured_voltage(_terminal_voltage(s, plant, unit), s.tick, sheet)
-        burst[2, 1], burst[2, 2] = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
+        burst[2, 1], burst[2, 2] = sensors.track_angles(_plate_angle(plant, extended, unit), s.tick, sheet)
     if s.burst and index < BURST_SAMPLES - 1:
         return False
     sample.tick, sample.last_tick, sample.signals, sample.burst = s.tick - index, s.tick, s.signals, s.burst
@@ -179,6 +194,24 @@ def _sample(
     copy_into(sample.motor_angle, 0, burst[1])
     sample.voltage, sample.track, sample.track_2 = burst[2, 0], burst[2, 1], burst[2, 2]
     return True
+
+
+@njit(cache=True, error_model="numpy")
+def _current(s: State, plant: Vector, extended: Vector | None, unit: Vector) -> float:
+    """Return what the current sensor is given in A."""
+    return plant[CURRENT] if extended is None else told_current(extended, s.temperature, unit)
+
+
+@njit(cache=True, error_model="numpy")
+def _motor_angle(plant: Vector, extended: Vector | None, unit: Vector) -> float:
+    """Return what the encoder is given in rad."""
+    return plant[THETA] * unit[GEAR_RATIO] if extended is None else told_motor_angle(extended, unit)
+
+
+@njit(cache=True, error_model="numpy")
+def _plate_angle(plant: Vector, extended: Vector | None, unit: Vector) -> float:
+    """Return what the plate sensor is given in rad."""
+    return plant[THETA] if extended is None else told_plate(extended, unit)
 
 
 @njit(cache=True, error_model="numpy")

@@ -35,7 +35,7 @@ from etb_hil.controller.state import (
 )
 from etb_hil.plant.extended import new_sensed_state
 from etb_hil.plant.failed_unit import failed_unit
-from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, new_state
+from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, new_state
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import GEAR_RATIO, SUPPLY_VOLTAGE, Vector
@@ -118,6 +118,7 @@ class Machine(Rewindable):
             change = np.concatenate([change, np.zeros(len(behind))])
         else:
             self._plant = new_state(angle)
+        self._extended = self._plant if len(self._plant) > STATES else None
         self._laws = np.stack([base, change])
         self._unit = base.copy()
         self._nominal = known.vector()
@@ -243,8 +244,8 @@ class Machine(Rewindable):
             angle = self._plant[THETA]
             slice_end = min(end, tick + _SLICE_TICKS)
             taken, sampled, stated, switched = run_ticks(
-                slice_end, self._state, self._settings, self._sheet, self._plant, self._laws, self._unit, self._nominal,
-                event_ns[used:], event[used:], samples, statuses, switches, self._burst,
+                slice_end, self._state, self._settings, self._sheet, self._plant, self._extended, self._laws,
+                self._unit, self._nominal, event_ns[used:], event[used:], samples, statuses, switches, self._burst,
             )  # fmt: skip
             if not math.isfinite(self._plant[THETA] + self._plant[OMEGA] + self._plant[CURRENT]):
                 raise failed_unit(self._model, angle)

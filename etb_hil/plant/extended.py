@@ -154,4 +154,4 @@ def told_plate(state: Vector, p: Vector) -> float:
     """
     if len(state) > EXTENDED_STATES:
         return sensing.plate(state[EXTENDED_STATES:], p)
-    return state[PLATE] if len(state) > STATES else state[THETA]
+    return state[PLATE]
