@@ -17,7 +17,6 @@ import importlib
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.abc import MetaPathFinder
 from types import ModuleType
 
 _HIDDEN = "asammdf"
@@ -43,7 +42,7 @@ def keep_imports_lean() -> None:
 _is_lean = False
 
 
-class _Hiding(MetaPathFinder):
+class _Hiding:
     """Hides asammdf from python-can while that loads, and from nobody else."""
 
     def find_spec(self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None) -> None:
