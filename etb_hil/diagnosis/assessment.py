@@ -118,7 +118,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
         unsure = unsure_by_place(evidence, law.prior, unsure)
         little = found.little
         if drift is None and little is None:
-            little = drift_of(evidence, law.fit)
+            little = found.remaining if law is found.laws[0] else drift_of(evidence, law.fit)
         laws.append(replace(law, fit=unsure_by_time(evidence, law.prior, unsure, drift, little)))
     broken_away = break_aways(_with_friction(quiet.read, usable, throttle, laws[0].fit, windows.shape), throttle)
     hidden, pairs = 0.0, pairs_of(broken_away, throttle.limp_home)

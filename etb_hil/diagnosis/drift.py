@@ -77,7 +77,7 @@ class WithoutDrift:
 
     `evidence` and `fit`, by the paper's law, are without bumps; where friction drifts, they are those for the middle of
     the run. `laws` are what friction may follow, the likeliest first. `little` is a drift that was taken off and may be
-    none of friction's.
+    none of friction's. `remaining` is the drift in the residual of the likeliest law, where none was taken off.
     """
 
     evidence: Evidence
@@ -85,6 +85,7 @@ class WithoutDrift:
     laws: Sequence[Law]
     drift: Drift | None = None
     little: Drift | None = None
+    remaining: Drift | None = None
 
 
 def without_drift(known: Evidence, prior: Prior, fit: StribeckFit) -> WithoutDrift:
@@ -115,7 +116,7 @@ def without_drift(known: Evidence, prior: Prior, fit: StribeckFit) -> WithoutDri
         here = WithoutDrift(evidence, fit, laws_of(evidence, prior, fit))
         more = drift_of(evidence, here.laws[0].fit)
     if found is None:
-        return here
+        return replace(here, remaining=more)
     if more is None:
         return replace(here, drift=replace(found, is_bent=True))
     found = replace(found, error=math.hypot(more.error, more.rate))
