@@ -33,7 +33,7 @@ def _remembering(find: Callable[..., Any]) -> Callable[..., Any]:
     def get_call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:  # noqa: ANN401 (numba has no types)
         nonlocal options, of_options
         if (now := ConfigStack.top_or_none()) is not options:  # comparing their values takes long
-            options, of_options = now, found.setdefault(now, {})
+            options, of_options = now, found.setdefault(_of_callee(now), {})
         known, call = of_options, (function, context, args, tuple(kws.items()))
         if call not in known:
             signature = find(function, context, args, kws)
@@ -43,3 +43,11 @@ def _remembering(find: Callable[..., Any]) -> Callable[..., Any]:
         return signature
 
     return get_call_type
+
+
+def _of_callee(options: Any) -> Any:  # noqa: ANN401 (numba has no types)
+    """Return a caller's options without the one that concerns its wrapper alone."""
+    if options is not None:
+        options = options.copy()
+        options.no_cpython_wrapper = True
+    return options

@@ -65,3 +65,13 @@ def test_a_division_by_zero_stays_what_each_function_says():
         with pytest.raises(ZeroDivisionError):
             njit(cache=False)(lambda a: 1.0 / a)(0.0)
         assert njit(cache=False, error_model="numpy")(lambda a: 1.0 / a)(0.0) == np.inf
+
+
+def test_a_wrapper_of_the_caller_is_no_other_option():
+    one, found = Function(), []
+    for has_none in (False, True):
+        options = flags("numpy")
+        options.no_cpython_wrapper = has_none
+        with ConfigStack().enter(options):
+            found.append(one.code("float64"))
+    assert found == [1, 1]
