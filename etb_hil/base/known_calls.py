@@ -17,10 +17,10 @@ from numba.core.types.functions import BaseFunction
 @functools.cache
 def remember_calls() -> None:
     """Let numba remember from now on how its functions are called."""
-    BaseFunction.get_call_type = _remembering(BaseFunction.get_call_type)
+    BaseFunction.get_call_type = remembering(BaseFunction.get_call_type)
 
 
-def _remembering(find: Callable[..., Any]) -> Callable[..., Any]:
+def remembering(find: Callable[..., Any]) -> Callable[..., Any]:
     """Return numba's search for the signature of a call, with a memory.
 
     What was found belongs to the caller's options, the function and the types. Beside the signature, numba notes in

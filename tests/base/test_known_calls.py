@@ -6,7 +6,7 @@ from numba.core.compiler import Flags
 from numba.core.targetconfig import ConfigStack
 
 from etb_hil.base.compiled import njit
-from etb_hil.base.known_calls import _remembering
+from etb_hil.base.known_calls import remembering
 
 
 class Signature:
@@ -20,7 +20,7 @@ class Function:
     def __init__(self):
         self._impl_keys = {}
         self.searches = 0
-        self.call_type = _remembering(Function.search)
+        self.call_type = remembering(Function.search)
 
     def search(self, _context, args, _kws):
         self.searches += 1
