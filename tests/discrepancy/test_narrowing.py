@@ -124,6 +124,15 @@ def test_a_plan_whose_record_excludes_the_others_whichever_of_two_is_true_is_the
     assert expected["value"] > 10.0
 
 
+@pytest.mark.parametrize(("misfit", "is_asked"), [(0.05, True), (0.9, False)])
+def test_beside_an_unexplained_residual_a_test_is_for_two_likely_candidates_alone(found, misfit, is_asked):
+    first = found.accepted[0]
+    ripple = replace(first.compared[0], ids=("torque_ripple",), misfit=misfit)
+    rejected = replace(first, accepted=False, compared=(first.compared[0], ripple))
+    test = next_test(replace(found, selection_steps=[rejected], verdict="unexplained"))
+    assert (test is not None) is is_asked
+
+
 def _with(id_, strength):
     p = MODEL.vector()
     effect = CATALOGUE[id_]

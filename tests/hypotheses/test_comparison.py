@@ -62,6 +62,12 @@ def _compared(kind, *ids):
     return compared(made, model, [f"parameter:{id_}" if id_ in BASE else id_ for id_ in ids]).hypotheses
 
 
+@pytest.fixture(scope="module")
+def break_away():
+    """Hypotheses about a unit that breaks away too hard, the likeliest first."""
+    return _compared("break-away", "stiction", "friction_load", "presliding_hysteresis", "current_sensor_gain")
+
+
 BASE = {"stiction", "coulomb", "preload_open", "preload_close", "torque_per_ampere", "resistance", "inertia"}
 
 
@@ -71,30 +77,34 @@ def test_a_healthy_unit_leaves_nothing():
     assert (found.verdict, found.causes) == ("adequate", ())
 
 
+def test_a_break_away_that_is_too_hard_excludes_all_others(break_away):
+    _excludes_all_others("stiction", break_away)
+
+
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("kind", "cause", "others"),
     [
-        ("break-away", "stiction", ("friction_load", "presliding_hysteresis", "current_sensor_gain")),
-        *(
-            pytest.param(*one, marks=pytest.mark.study)
-            for one in (
-                ("motor", "torque_per_ampere", ("supply_sag", "preload_open", "preload_close", "inertia")),
-                ("spring", "preload_open", ("spring_preload_shift", "supply_sag", "aerodynamic_torque")),
-                ("winding", "resistance", ("supply_sag", "hbridge_dead_time", "resistance_temperature")),
-            )
-        ),
+        ("motor", "torque_per_ampere", ("supply_sag", "preload_open", "preload_close", "inertia")),
+        ("spring", "preload_open", ("spring_preload_shift", "supply_sag", "aerodynamic_torque")),
+        ("winding", "resistance", ("supply_sag", "hbridge_dead_time", "resistance_temperature")),
     ],
 )
 def test_a_number_that_is_wrong_excludes_all_others(kind, cause, others):
-    first, *rest = _compared(kind, cause, *others)
+    _excludes_all_others(cause, _compared(kind, cause, *others))
+
+
+def _excludes_all_others(cause, hypotheses):
+    first, *rest = hypotheses
+    assert rest
     assert first.ids == (f"parameter:{cause}",)
     assert first.misfit.total < 1.0 < first.without.total
     assert all(first.excludes(one) for one in rest)
     assert not any(one.excludes(first) for one in rest)
 
 
-def test_what_gains_little_beside_a_cause_and_leaves_much_is_excluded_by_far():
-    first, *_ = _compared("break-away", "stiction", "friction_load")
+def test_what_gains_little_beside_a_cause_and_leaves_much_is_excluded_by_far(break_away):
+    first = break_away[0]
     far = replace(first, ids=("friction_load",), evidence=0.3 * first.evidence, misfit=first.without)
     assert first.excludes_by_far(far)
     assert first.excludes(far)
@@ -104,8 +114,10 @@ def test_what_gains_little_beside_a_cause_and_leaves_much_is_excluded_by_far():
 
 
 @pytest.mark.parametrize(("evidence", "is_there"), [(30.0, True), (20.0, True), (3.0, False)])
-def test_what_is_as_likely_as_a_cause_is_in_its_group_though_it_gains_too_little_to_be_one(evidence, is_there):
-    first, *_ = _compared("break-away", "stiction")
+def test_what_is_as_likely_as_a_cause_is_in_its_group_though_it_gains_too_little_to_be_one(
+    break_away, evidence, is_there
+):
+    first = break_away[0]
     cause = replace(first, evidence=31.0)
     other = replace(first, ids=("friction_load",), evidence=evidence)
     step = Step(first.without, (cause, other), ANY, is_material=True)
@@ -113,10 +125,12 @@ def test_what_is_as_likely_as_a_cause_is_in_its_group_though_it_gains_too_little
 
 
 def test_what_is_compared_does_not_depend_on_how_many_cores_there_are(monkeypatch):
+    made, model = _record("spring")
+    short, ids = made.thinned(3000, 12), ["parameter:preload_open", "spring_preload_shift", "supply_sag"]
     answers = []
     for cores in (1, 2):
         monkeypatch.setattr("etb_hil.base.side_by_side.cores", lambda cores=cores: cores)
-        found = _compared("spring", "preload_open", "spring_preload_shift", "supply_sag", "inertia")
+        found = compared(short, model, ids).hypotheses
         answers.append([(one.ids, one.evidence, one.misfit) for one in found])
     assert len(answers[0]) > 2
     assert answers[0] == answers[1]
