@@ -6,12 +6,19 @@ from independent_throttle import Unit, off_by_tolerances
 from throttle_as_model import bench_model
 from unit_faults import recorded as record_of
 
-from etb_hil.discrepancy.explain import explain
+from etb_hil.discrepancy.answer.explanation import explanation
+from etb_hil.discrepancy.explain import Answer, explain
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
+from etb_hil.plant.table_one import KINDS
 
 RATE = 1000
+TRIED = {"presliding_hysteresis", "parameter:stiction"}  # what bends as bristles do, and a number
 
 
 @pytest.fixture(scope="module")
@@ -22,9 +29,22 @@ def recorded():
     return recording, bench_model(off_by_tolerances(Unit(), rng))
 
 
-@pytest.fixture(scope="module")
-def answer(recorded):
-    return explain([recorded[0]], recorded[1])
+def _with_few_candidates(recording, model):
+    balances = [Balances(one, model) for one in measurements_of(recording, model)]
+    without = {*CATALOGUE, *(f"parameter:{name}" for name in KINDS)} - TRIED
+    findings = search(model, balances, sorted(without))
+    return Answer(explanation(findings, None), findings)
+
+
+def _with_all_candidates(recording, model):
+    return explain([recording], model)
+
+
+@pytest.fixture(
+    scope="module", params=[_with_few_candidates, pytest.param(_with_all_candidates, marks=pytest.mark.study)]
+)
+def answer(request, recorded):
+    return request.param(*recorded)
 
 
 def test_the_unit_is_adequate_with_the_law_that_the_record_shows(answer):

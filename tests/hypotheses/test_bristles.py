@@ -17,9 +17,9 @@ RATE = 1000
 ELASTO_PLASTIC = 1  # as `Unit.law` numbers it
 
 
-def _found(unit, seed):
+def _found(unit, seed, **motion):
     unit, bench = replace(unit, law=ELASTO_PLASTIC), off_by_tolerances(Unit(), np.random.default_rng(seed))
-    record, model = record_until_the_bridge_opens(unit, bench, friction_check(unit), RATE, seed)
+    record, model = record_until_the_bridge_opens(unit, bench, friction_check(unit, **motion), RATE, seed)
     return searched(record, replace(model, friction_model=FrictionModel.ELASTO_PLASTIC))
 
 
@@ -30,6 +30,6 @@ def test_a_healthy_unit_has_no_cause(seed):
 
 
 def test_a_break_away_that_is_too_hard_is_named():
-    found = _found(Unit(stiction=0.5), 83)
+    found = _found(Unit(stiction=0.5), 83, creeps=(), speeds=(1.2,), dashes=1)
     assert found.verdict == "explained"
     assert [step.best.ids for step in found.causes] == [("parameter:stiction",)]
