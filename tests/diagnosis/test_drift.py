@@ -31,9 +31,9 @@ def judge(unit, rate, *seeds, **motion):
     ("drift", "rate"),
     [
         *((drift, 1000) for drift in (-0.02, 0.005)),
-        (-0.005, 20000),
         *(pytest.param(drift, 1000, marks=pytest.mark.study) for drift in (-0.005, -0.001, 0.001, 0.02)),
-        *(pytest.param(drift, 20000, marks=pytest.mark.study) for drift in (-0.02, -0.001, 0.001, 0.005, 0.02)),
+        # Drifts that end within the run are judged at this rate below.
+        *(pytest.param(drift, 20000, marks=pytest.mark.study) for drift in (-0.02, -0.005, -0.001, 0.001, 0.005, 0.02)),
     ],
 )
 def test_a_drift_is_no_curve_over_speed(drift, rate):

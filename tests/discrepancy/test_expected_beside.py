@@ -39,7 +39,11 @@ def outlooks(true, plan, group):
     [
         (truth("spring_preload_shift", preload=0.08), ["parameter:preload_open", "parameter:preload_close"]),
         (truth("hbridge_dead_time", error=0.4), ["brush_drop"]),
-        (truth("friction_load", coefficient=0.2), ["parameter:coulomb", "friction_asymmetry"]),
+        pytest.param(
+            truth("friction_load", coefficient=0.2),
+            ["parameter:coulomb", "friction_asymmetry"],
+            marks=pytest.mark.study,  # excluded like the two preloads
+        ),
     ],
     ids=["spring preload", "dead time", "friction by load"],
 )
