@@ -14,6 +14,9 @@ FIRST = (
     "bench/test_python_can_buses",  # compiles what a controller at wall clock needs
     "uds/test_uds_in_a_run",
     "uds/test_controller_faults",
+    "uds/test_readings",  # long, and by its name the last of all
+    "trusted/test_signals_while_judged",
+    "trusted/test_limits_are_physical",
     "discrepancy/test_interruption",
     "replay/test_many_logs",
     "plugins/test_used",

@@ -1,5 +1,7 @@
 """Friction that differs along the way: intervals hold it, the run says so and where, no verdict rests on a mean."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from independent_throttle import ELASTO_PLASTIC, FAULTY, GMS, Unit, friction_check, off_by_tolerances, sense, simulate
@@ -31,8 +33,18 @@ WITHIN = {"ripple": 0.15, "fine ripple": 0.15}
 
 
 def judged(unit, seed=3, rate=1000, made=None):
+    return _judged_once(unit, seed, rate) if made is None else _judged(unit, seed, rate, made)
+
+
+@cache
+def _judged_once(unit, seed, rate):
+    """Return the result of the stock check; several tests ask for the same unit."""
+    return _judged(unit, seed, rate, friction_check(unit))
+
+
+def _judged(unit, seed, rate, made):
     rng = np.random.default_rng(seed)
-    run, phases = made or friction_check(unit)
+    run, phases = made
     diagnosis = Diagnosis(bench_model(off_by_tolerances(Unit(), rng)), LIMITS)
     for rows, kind in rows_of(sense(unit, run, rate, rng), phases, rate):
         diagnosis.push(rows, kind)

@@ -237,7 +237,7 @@ def test_units_on_channels_of_one_log_are_judged_each_by_itself(live, sources, t
     log.write(both)
     log.close()
     rules = rule_files(live.session)
-    alone = judge_task(tasks_for([sources[2]], [(rules, None)], None, None)[0])
+    alone = judged(tasks_for([sources[2]], [(rules, None)], None, None)[0])
     tasks = tasks_for([path], [(rules, 0), (rules, 1)], None, None)
     outcomes = judge_many(tasks, tmp_path / "out", one_after_the_other)
     assert [outcome.channel for outcome in outcomes] == [0, 1]
