@@ -1,5 +1,8 @@
 """Runs a stock scenario on a stock virtual bench, as several tests need it."""
 
+import tempfile
+from pathlib import Path
+
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
 
@@ -32,3 +35,11 @@ def files(**names):
 
 def run_on(folder, seed=3, serial="", **names):
     return execute(prepare(files(**names)), folder, serial, seed)
+
+
+def run_briskly_on(folder, **names):
+    """Run the brisk scenario: all that a verdict needs, in a quarter of the stock scenario's processor time."""
+    with tempfile.TemporaryDirectory() as place:
+        scenario = Path(place) / "brisk.yaml"
+        scenario.write_text(BRISK, "utf-8")
+        return run_on(folder, scenario=scenario, **names)

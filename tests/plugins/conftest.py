@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from whole_run import BRISK
 
 from etb_hil import plugins
 
@@ -27,3 +28,11 @@ def part(tmp_path):
         return Path(shutil.copy(PARTS / f"{name}.py", tmp_path))
 
     return copied
+
+
+@pytest.fixture(scope="session")
+def brisk(tmp_path_factory):
+    """Return a scenario with what a verdict needs and no more."""
+    path = tmp_path_factory.mktemp("scenario") / "brisk.yaml"
+    path.write_text(BRISK, "utf-8")
+    return path

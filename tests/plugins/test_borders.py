@@ -38,8 +38,8 @@ OBSERVER = ObserverKind("a tenth of the current", lambda model, throttle, noise:
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory):
-    return etb.run("friction_check", unit="faulty", seed=3, folder=tmp_path_factory.mktemp("sessions"))
+def session(brisk, tmp_path_factory):
+    return etb.run(brisk, unit="faulty", seed=3, folder=tmp_path_factory.mktemp("sessions"))
 
 
 def _measured(tmp_path, session, found, more=""):

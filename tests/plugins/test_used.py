@@ -77,29 +77,29 @@ def test_a_phase_is_run_and_a_measurement_is_judged_and_shown(part, scenario, li
 
 
 @pytest.mark.parametrize(("bandwidth", "is_same"), [("180.0", True), ("90.0", False)])
-def test_a_law_drives_the_virtual_controller(bandwidth, is_same, part, tmp_path):
+def test_a_law_drives_the_virtual_controller(bandwidth, is_same, part, tmp_path, brisk):
     """At the bandwidth of the project's own PD it is that law, bit for bit."""
     _changed(part("soft_pd"), "BANDWIDTH = 90.0", f"BANDWIDTH = {bandwidth}")
     ours, usual = (
-        etb.run("friction_check", bench=_bench(tmp_path, law=law), folder=tmp_path).recording["motor_current"].values
+        etb.run(brisk, bench=_bench(tmp_path, law=law), folder=tmp_path).recording["motor_current"].values
         for law in ("soft-pd", "pd")
     )
     assert np.array_equal(ours, usual) is is_same
 
 
-def test_an_observer_is_chosen_by_name(part, tmp_path):
+def test_an_observer_is_chosen_by_name(part, tmp_path, brisk):
     plugins.load(part("differences"))
-    run = etb.run("friction_check", observer="differences", folder=tmp_path)
-    usual = etb.run("friction_check", folder=tmp_path)
+    run = etb.run(brisk, observer="differences", folder=tmp_path)
+    usual = etb.run(brisk, folder=tmp_path)
     assert run.result.bench.outcome is BenchOutcome.OK
     assert not np.array_equal(run.series["friction"], usual.series["friction"], equal_nan=True)
     assert etb.Run.open(run.folder).result == run.result
 
 
 @pytest.fixture
-def lines(tmp_path):
+def lines(tmp_path, brisk):
     """The frames of a session as lines of JSON."""
-    run = etb.run("friction_check", folder=tmp_path)
+    run = etb.run(brisk, folder=tmp_path)
     path = tmp_path / "drive.frames"
     with path.open("w") as file:
         for block in read_log(run.folder / "raw.blf"):
@@ -132,20 +132,20 @@ def test_a_reader_opens_a_log_for_every_command(part, lines, tmp_path):
     assert f"{one.measurements['T_c'].value:.3f} N·m" in done.stdout
 
 
-def test_a_bench_file_names_its_plugins_beside_itself(part, tmp_path):
+def test_a_bench_file_names_its_plugins_beside_itself(part, tmp_path, brisk):
     part("soft_pd")
     bench = _bench(tmp_path, plugins=["soft_pd.py"], law="soft-pd")
-    run = etb.run("friction_check", bench=bench, folder=tmp_path)
+    run = etb.run(brisk, bench=bench, folder=tmp_path)
     (plugin,) = run.result.plugins
     assert (plugin.name, plugin.parts) == ("soft_pd.py", ("laws: soft_pd",))
     wrong = _bench(tmp_path, plugins=["nowhere.py"])
     with pytest.raises(InputError, match=r"bench\.yaml:\d+: plugins\[0\]: no such Python file \(it is 'nowhere\.py'\)"):
-        etb.run("friction_check", bench=wrong, folder=tmp_path)
+        etb.run(brisk, bench=wrong, folder=tmp_path)
 
 
-def test_results_and_session_say_which_plugins_took_part(part, tmp_path):
+def test_results_and_session_say_which_plugins_took_part(part, tmp_path, brisk):
     plugin = plugins.load(part("nudge_current"))
-    run = etb.run("friction_check", folder=tmp_path)
+    run = etb.run(brisk, folder=tmp_path)
     assert run.result.plugins == (plugin,)
     manifest = json.loads((run.folder / "session.json").read_text("utf-8"))
     assert manifest["plugins"] == [json.loads(json.dumps(asdict(plugin)))]
@@ -174,10 +174,10 @@ def test_a_replay_without_a_plugin_says_which_is_missing(part, scenario, limits,
         assert f"the plug-in {file.name} took part in the run and is not here" in str(refused.value)
 
 
-def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_path, capsys):
+def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_path, capsys, brisk):
     file = part("nudge_current")
     plugins.load(file)
-    run = etb.run("friction_check", folder=tmp_path)
+    run = etb.run(brisk, folder=tmp_path)
     plugins.unload(file)
     (warning,) = etb.Run.open(run.folder).warnings
     assert "nudge_current.py took part in the run and is not here (measurements: nudge_current)" in warning
@@ -189,11 +189,11 @@ def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_
     assert "the plug-in nudge_current.py was changed since the run" in " ".join(capsys.readouterr().out.split())
 
 
-def test_a_session_from_elsewhere_never_runs_code(part, tmp_path):
+def test_a_session_from_elsewhere_never_runs_code(part, tmp_path, brisk):
     """Its copy of the bench file names a plug-in; only files that the user names are run."""
     file = part("soft_pd")
     bench = _bench(tmp_path, plugins=["soft_pd.py"])
-    run = etb.run("friction_check", bench=bench, folder=tmp_path)
+    run = etb.run(brisk, bench=bench, folder=tmp_path)
     plugins.unload(file)
     witness = tmp_path / "it_ran"
     for place in (file, run.folder / "inputs" / "soft_pd.py"):
@@ -243,9 +243,9 @@ def test_what_a_measurement_gets_wrong_is_said(old, new, says, part, scenario, l
     ("new", "says"),
     [("return 1 / 0 #", "ZeroDivisionError"), ("return None #", "something else than FrictionEstimate")],
 )
-def test_an_observer_that_fails_is_a_bench_fault_and_the_drive_is_off(new, says, part, tmp_path):
+def test_an_observer_that_fails_is_a_bench_fault_and_the_drive_is_off(new, says, part, tmp_path, brisk):
     _changed(part("differences"), "return FrictionEstimate(", new + "(")
-    run = etb.run("friction_check", observer="differences", folder=tmp_path)
+    run = etb.run(brisk, observer="differences", folder=tmp_path)
     _ended_by_a_part(run, rf"differences\.py: .*{says}")
     assert run.result.bench.safe_state
 
@@ -267,28 +267,28 @@ def test_a_phase_that_fails_is_refused_before_anything_moves(new, says, part, sc
         ("float(gain[0]", "nowhere(gain[0]", "compiling its torque failed"),
     ],
 )
-def test_a_law_that_fails_is_refused_before_anything_moves(old, new, says, part, tmp_path):
+def test_a_law_that_fails_is_refused_before_anything_moves(old, new, says, part, tmp_path, brisk):
     _changed(part("soft_pd"), old, new)
     with pytest.raises(InputError, match=rf"soft_pd\.py: .*{says}"):
-        etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
+        etb.run(brisk, bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
 
 
 @pytest.mark.parametrize(
     "new",
     ["1 / 0", "np.nan", *(pytest.param(one, marks=pytest.mark.study) for one in ("-np.inf", "int(memory[1:0].max())"))],
 )
-def test_a_law_that_fails_in_compiled_code_is_refused_before_anything_moves(new, part, tmp_path, capfd):
+def test_a_law_that_fails_in_compiled_code_is_refused_before_anything_moves(new, part, tmp_path, capfd, brisk):
     _changed(part("soft_pd"), "return float(", f"return {new} if abs(error) > 0.01 else float(")
     with pytest.raises(InputError, match=r"soft_pd\.py: .*its torque was not finite"):
-        etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
+        etb.run(brisk, bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
     assert not (tmp_path / "sessions").exists()
     assert "Exception ignored" not in capfd.readouterr().err
 
 
 @pytest.mark.spoilt  # its controller fails
-def test_a_law_that_fails_on_a_unit_alone_ends_the_run_with_the_drive_off(part, tmp_path):
+def test_a_law_that_fails_on_a_unit_alone_ends_the_run_with_the_drive_off(part, tmp_path, brisk):
     _changed(part("soft_pd"), "return float(", "return 1 / 0 if abs(error) > 0.03 else float(")
-    run = etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), unit="faulty", folder=tmp_path / "sessions")
+    run = etb.run(brisk, bench=_bench(tmp_path, law="soft-pd"), unit="faulty", folder=tmp_path / "sessions")
     _ended_by_a_part(run, r"soft_pd\.py: .*its torque was not finite \(inf N·m\) at an angle error of -?1\.\d+ deg")
     assert run.result.bench.safe_state
     again = etb.Run.open(run.folder)
@@ -339,19 +339,19 @@ LEANING_FAILED = r"leaning\.py: .*effect 'leaning': it raised an exception, or w
 
 
 @pytest.mark.spoilt  # its controller fails
-def test_an_effect_that_fails_on_a_unit_alone_ends_the_run_and_is_named(failing_unit, tmp_path, capfd):
-    _ended_by_a_part(etb.run("friction_check", unit=failing_unit, folder=tmp_path / "sessions"), LEANING_FAILED)
+def test_an_effect_that_fails_on_a_unit_alone_ends_the_run_and_is_named(failing_unit, tmp_path, capfd, brisk):
+    _ended_by_a_part(etb.run(brisk, unit=failing_unit, folder=tmp_path / "sessions"), LEANING_FAILED)
     assert "Exception ignored" not in capfd.readouterr().err
 
 
-def test_a_simulation_with_an_effect_or_a_law_that_fails_is_refused(failing_unit, part, tmp_path, capfd):
+def test_a_simulation_with_an_effect_or_a_law_that_fails_is_refused(failing_unit, part, tmp_path, capfd, brisk):
     with pytest.raises(InputError, match=LEANING_FAILED):
         etb.simulate(failing_unit)
     with pytest.raises(InputError, match=LEANING_FAILED):
         etb.simulate(failing_unit, voltage=etb.simulate())
     assert "Exception ignored" not in capfd.readouterr().err
     with pytest.raises(InputError, match=LEANING_FAILED):  # in the dry run, too
-        etb.run("friction_check", model=failing_unit, folder=tmp_path / "sessions")
+        etb.run(brisk, model=failing_unit, folder=tmp_path / "sessions")
     assert not (tmp_path / "sessions").exists()
     _changed(part("soft_pd"), "return float(", "return 1 / 0 if abs(error) > 0.03 else float(")
     with pytest.raises(InputError, match=r"soft_pd\.py: .*its torque was not finite"):
@@ -368,13 +368,13 @@ def test_an_explanation_in_which_an_effect_fails_names_it(failing_unit):
     ("new", "says"),
     [("1 / 0 or bytes(", "ZeroDivisionError"), ("None and bytes(", "it returned None in place of bytes")],
 )
-def test_a_key_that_fails_ends_the_run_and_is_named(new, says, part, tmp_path):
+def test_a_key_that_fails_ends_the_run_and_is_named(new, says, part, tmp_path, brisk):
     _changed(part("turned_key"), "return bytes(", f"return {new}")
     bench = tmp_path / "uds.yaml"
     bench.write_text(
         find("bench", "virtual_uds").read_text("utf-8").replace("key: example", "key: turned-key"), "utf-8"
     )
-    run = etb.run("friction_check", bench=bench, folder=tmp_path / "sessions")
+    run = etb.run(brisk, bench=bench, folder=tmp_path / "sessions")
     _ended_by_a_part(run, rf"turned_key\.py: .*computing a key failed: .*{says}")
     assert run.result.bench.safe_state
 

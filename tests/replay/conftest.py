@@ -1,7 +1,7 @@
 """A faulty unit's run, and its frames: what a module replays in its own ways."""
 
 import pytest
-from whole_run import run_on
+from whole_run import run_briskly_on
 
 from etb_hil.canio.frames import concatenate_frames
 from etb_hil.canio.logs.blf import read_blf
@@ -9,7 +9,7 @@ from etb_hil.canio.logs.blf import read_blf
 
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions"), unit="faulty")
+    return run_briskly_on(tmp_path_factory.mktemp("sessions"), unit="faulty")
 
 
 @pytest.fixture(scope="module")

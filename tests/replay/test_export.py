@@ -12,7 +12,7 @@ import cantools
 import numpy as np
 import pytest
 from pyarrow import parquet
-from whole_run import run_on
+from whole_run import run_briskly_on
 
 from etb_hil.base.errors import InputError
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
@@ -87,7 +87,7 @@ def test_frames_that_a_format_cannot_hold_are_counted(tmp_path):
 
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions"))
+    return run_briskly_on(tmp_path_factory.mktemp("sessions"))
 
 
 @pytest.fixture

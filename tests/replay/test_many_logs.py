@@ -20,7 +20,7 @@ import distributed
 import duckdb
 import numpy as np
 import pytest
-from whole_run import run_on
+from whole_run import run_briskly_on
 
 from etb_hil import plugins
 from etb_hil.base.errors import BenchFault, InputError
@@ -42,7 +42,7 @@ from etb_hil.replays.workers import DaskWorkers, LocalProcesses
 
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions"), unit="faulty", serial="A7")
+    return run_briskly_on(tmp_path_factory.mktemp("sessions"), unit="faulty", serial="A7")
 
 
 @pytest.fixture(scope="module")
@@ -428,7 +428,7 @@ def test_a_session_is_new_work_when_one_of_its_files_changed(live, tmp_path):
 
 
 def test_results_that_were_changed_after_a_first_judgement_are_no_pass(tmp_path):
-    passed = run_on(tmp_path, unit="default").session.folder
+    passed = run_briskly_on(tmp_path, unit="default").session.folder
     asked = ["replay", str(passed), "--jobs", "1", "--out", str(tmp_path / "out")]
     assert command_line(asked) == 0
     results = passed / "results.json"
@@ -520,7 +520,7 @@ def test_what_of_a_session_could_not_be_read_stands_in_its_row(live, tmp_path):
 
 
 def test_a_session_that_gives_other_results_than_live_is_marked_and_no_pass(tmp_path):
-    passed = run_on(tmp_path, unit="default").session.folder
+    passed = run_briskly_on(tmp_path, unit="default").session.folder
     whole = judge_task(tasks_for([passed], [], None, None)[0])
     assert (whole.judged.verdict, whole.differs, whole.judged.exit_code) == ("pass", None, 0)
     kept = json.loads((passed / "results.json").read_text("utf-8"))

@@ -4,7 +4,7 @@ import json
 import shutil
 
 import pytest
-from whole_run import run_on
+from whole_run import run_briskly_on
 
 from etb_hil.base.errors import InputError
 from etb_hil.cli.main import main
@@ -14,7 +14,7 @@ from etb_hil.session.session import open_session
 
 @pytest.fixture
 def session(tmp_path):
-    return run_on(tmp_path, unit="faulty").session
+    return run_briskly_on(tmp_path, unit="faulty").session
 
 
 @pytest.mark.parametrize("kind", ["limits", "model", "bench", "dbc"])
@@ -46,7 +46,7 @@ def test_a_log_that_was_cut_is_said_to_be(session, capsys):
 
 
 def test_results_that_the_frames_do_not_give_end_otherwise_than_a_pass(tmp_path, capsys):
-    session = run_on(tmp_path).session
+    session = run_briskly_on(tmp_path).session
     assert main(["replay", str(session.folder)]) == 0
     results = session.folder / "results.json"
     told = json.loads(results.read_text())
@@ -57,7 +57,7 @@ def test_results_that_the_frames_do_not_give_end_otherwise_than_a_pass(tmp_path,
 
 
 def test_of_another_number_of_phases_the_numbers_are_said_alone(tmp_path, capsys):
-    session = run_on(tmp_path).session
+    session = run_briskly_on(tmp_path).session
     results = session.folder / "results.json"
     live = json.loads(results.read_text())
     now = len(live["phases"])
@@ -69,7 +69,7 @@ def test_of_another_number_of_phases_the_numbers_are_said_alone(tmp_path, capsys
 
 @pytest.fixture(scope="module")
 def passed(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions")).session.folder
+    return run_briskly_on(tmp_path_factory.mktemp("sessions")).session.folder
 
 
 def test_an_end_that_was_appended_makes_no_pass_of_a_killed_run(passed, tmp_path, capsys):

@@ -5,7 +5,7 @@ import shutil
 import socket
 
 import pytest
-from whole_run import run_on
+from whole_run import run_briskly_on
 
 from etb_hil.base.errors import MOST_PROBLEMS, InputError, Place, Problem
 from etb_hil.cli.main import main
@@ -29,7 +29,7 @@ READERS = [
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("runs")).session.folder
+    return run_briskly_on(tmp_path_factory.mktemp("runs")).session.folder
 
 
 @pytest.mark.parametrize("kind", KINDS)
