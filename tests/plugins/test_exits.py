@@ -66,10 +66,10 @@ def _run(tmp_path, text, *words):
 
 
 @pytest.mark.parametrize("how", ["SystemExit", "SystemExit(7)", "OwnError('mine')"])
-def test_a_measurement_that_exits_costs_only_itself(how, tmp_path):
+def test_a_measurement_that_exits_costs_only_itself(how, brisk, tmp_path):
     (tmp_path / "mine.py").write_text(MEASUREMENT.replace("HOW", how), "utf-8")
     plugins.load(tmp_path / "mine.py")
-    run = etb_hil.run("friction_check", unit="faulty", folder=tmp_path)
+    run = etb_hil.run(brisk, unit="faulty", folder=tmp_path)
     assert run.verdict is UnitVerdict.FAIL
     failed = run.measurements["mine"]
     assert failed.value is None

@@ -9,6 +9,7 @@ import pytest
 from faults_cases import CASES, Injected
 from faults_nodes import MS, Late, Rewriting, SetBackStamps
 from faults_study import EXPECTED, job_of, judge, run_with, seed_of
+from whole_run import BRISK
 
 from etb_hil.canio.bus.faults import Forged, Lost, StuckCounter, Window, protections_of
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
@@ -18,6 +19,19 @@ from etb_hil.session.differences import first_difference
 pytestmark = pytest.mark.spoilt
 
 S = 1_000 * MS
+
+
+@pytest.fixture(scope="module")
+def brisk(tmp_path_factory):
+    """Return a scenario with what a verdict needs and no more."""
+    path = tmp_path_factory.mktemp("scenario") / "brisk.yaml"
+    path.write_text(BRISK, "utf-8")
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def brisk_jobs(brisk):
+    return {unit: job_of("virtual_classic", unit, brisk) for unit in EXPECTED}
 
 
 @pytest.fixture(scope="module")
@@ -43,31 +57,31 @@ def test_no_fault_makes_a_wrong_verdict(jobs, name, unit):
         ("sample_counter", lambda v: v + 1000.0, "clocks_disagree"),
     ],
 )
-def test_a_sensor_that_cannot_be_true_is_named(tmp_path, jobs, role, change, reason):
-    dialect = jobs["default"].setup.dialect
+def test_a_sensor_that_cannot_be_true_is_named(tmp_path, brisk_jobs, role, change, reason):
+    dialect = brisk_jobs["default"].setup.dialect
 
     def changed(name, values, _stamp_ns):
         return change(values) if name == role else None
 
     spoil = Injected(spoil=[lambda node: Rewriting(node, dialect, 7 * S, 9 * S, changed)])
-    unit = run_with(jobs["default"], tmp_path, 1, [spoil]).results.unit
+    unit = run_with(brisk_jobs["default"], tmp_path, 1, [spoil]).results.unit
     assert unit.verdict == "inconclusive"
     assert reason in (unit.reason_id, *unit.also)
 
 
 @pytest.mark.parametrize(("step_us", "every_ms"), [pytest.param(400, 50, marks=pytest.mark.study), (2000, 7)])
-def test_a_hosts_clock_that_is_set_back_again_and_again_changes_nothing(tmp_path, step_us, every_ms):
+def test_a_hosts_clock_that_is_set_back_again_and_again_changes_nothing(tmp_path, brisk, step_us, every_ms):
     shaken = Injected(link=[lambda link: SetBackStamps(link, step_us * 1000, every_ms * MS)])
-    finished = run_with(job_of("virtual_fd", "faulty"), tmp_path, 5, [shaken])
+    finished = run_with(job_of("virtual_fd", "faulty", brisk), tmp_path, 5, [shaken])
     assert finished.results.unit.verdict == "fail"
     assert not any(message.lost for message in finished.results.bus.messages)
     assert first_difference(replay(finished.session.folder)) is None
 
 
 @pytest.mark.parametrize("delay_ms", [pytest.param(60, marks=pytest.mark.study), 95, 105, 250])
-def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, jobs, delay_ms):
+def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, brisk_jobs, delay_ms):
     delayed = Injected(spoil=[lambda node: Late(node, 0, delay_ms * MS)])
-    results = run_with(jobs["default"], tmp_path, 1, [delayed]).results
+    results = run_with(brisk_jobs["default"], tmp_path, 1, [delayed]).results
     if delay_ms < 100:  # the bench's `frame_age`
         assert results.unit.verdict == "pass"
         assert delay_ms < results.bench.answer_time.mean_ms < delay_ms + 11
@@ -81,8 +95,8 @@ def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, 
     ("start_ms", "length_ms"),
     [(6000, 3), (7003, 40), *(pytest.param(*one, marks=pytest.mark.study) for one in ((6000, 15), (9500, 90)))],
 )
-def test_lost_frames_are_counted_exactly(tmp_path, jobs, start_ms, length_ms):
-    dialect = jobs["default"].setup.dialect
+def test_lost_frames_are_counted_exactly(tmp_path, brisk_jobs, start_ms, length_ms):
+    dialect = brisk_jobs["default"].setup.dialect
     idents = {m.ident: m.name for m in dialect.messages if not m.commanded}
     gone = dict.fromkeys(idents.values(), 0)
 
@@ -95,7 +109,7 @@ def test_lost_frames_are_counted_exactly(tmp_path, jobs, start_ms, length_ms):
             return left
 
     window = Window(start_ms * MS, (start_ms + length_ms) * MS, frozenset(idents))
-    finished = run_with(jobs["default"], tmp_path, 1, [Injected(bus=[Counting(window)])])
+    finished = run_with(brisk_jobs["default"], tmp_path, 1, [Injected(bus=[Counting(window)])])
     counted = {m.name: m.lost for m in finished.results.bus.messages if m.name in gone}
     assert counted == {name: gone[name] for name in counted}
     assert sum(gone.values()) > 2
