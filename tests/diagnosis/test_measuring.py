@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from whole_run import run_on
+from whole_run import run_briskly_on, run_on
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis import measurements
@@ -164,7 +164,7 @@ marginal_band: 3 %
 
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions"))
+    return run_briskly_on(tmp_path_factory.mktemp("sessions"))
 
 
 def test_each_measurement_is_held_against_its_own_limit(live, tmp_path):
