@@ -59,10 +59,18 @@ def test_the_model_that_is_written_has_that_law(answer, tmp_path):
     assert load_model(path).friction_model is FrictionModel.ELASTO_PLASTIC
 
 
-@pytest.mark.parametrize("law", [2, pytest.param(3, marks=pytest.mark.study)], ids=["Maxwell slip", "GMS"])
-def test_a_unit_whose_bristles_bend_by_no_known_law_is_adequate_and_that_is_said(law):
+@pytest.mark.parametrize(
+    ("law", "answered"),
+    [
+        pytest.param(2, _with_few_candidates, id="Maxwell slip"),
+        pytest.param(2, _with_all_candidates, id="Maxwell slip, every candidate", marks=pytest.mark.study),
+        pytest.param(3, _with_all_candidates, id="GMS, every candidate", marks=pytest.mark.study),
+    ],
+)
+def test_a_unit_whose_bristles_bend_by_no_known_law_is_adequate_and_that_is_said(law, answered):
     rng = np.random.default_rng(92)
-    found = explain([record_of(Unit(law=law), 1.0, RATE, rng)], bench_model(off_by_tolerances(Unit(), rng))).explanation
+    recording = record_of(Unit(law=law), 1.0, RATE, rng)
+    found = answered(recording, bench_model(off_by_tolerances(Unit(), rng))).explanation
     assert (found.verdict, found.causes) == ("adequate", ())
     assert all(any("was left open" in flag for flag in one.flags) for one in found.data_quality)
 
