@@ -195,7 +195,7 @@ def _distinguished_by_others(
         judged = said.unless_interrupted(f"asking {other[0].origin}", search, findings.model, balances)
         if judged is None or judged.is_interrupted:
             said.interrupt()  # what a part of a search leaves open is nobody's ambiguity group
-        elif not too_little_to_reject(judged, other) and judged.bristles is Bristles.AS_STATED:
+        elif not too_little_to_reject(judged, other) and judged.bristles is findings.bristles is Bristles.AS_STATED:
             found += narrow(findings, judged)
     return tuple(found)
 

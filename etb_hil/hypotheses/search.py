@@ -118,11 +118,13 @@ class Found:
         left = misfit(self.final)
         unnamed = [step for step in self.needed if step.best.ids == (DRIFT,)]
         is_known = all(step.is_use for step in unnamed)
-        if left.is_nothing and is_known and not self.causes:
+        if left.is_nothing and not self.needed:
             return "adequate"
         without = [misfit(self.calibrated), *(step.misfit for step in self.needed[:1])]
-        if not self.causes or not is_known or not left.is_little(max(without, key=lambda one: one.total)):
+        if not self.needed or not is_known or not left.is_little(max(without, key=lambda one: one.total)):
             return "unexplained"
+        if not self.causes:
+            return "adequate"
         return "ambiguous" if any(step.group for step in self.causes) else "explained"
 
 

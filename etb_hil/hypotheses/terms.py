@@ -71,27 +71,35 @@ def bench_unknowns(record: Record) -> list[Unknown]:
 
 
 def friction_over_time(fit: Fitted) -> tuple[Float64, Float64]:
-    """Return T_c at each knot of a fit with a drift, and its standard deviations."""
+    """Return T_c at each knot of a fit with a drift (k), and its covariance (k, k)."""
     names = [one.name for one in fit.unknowns]
     first, share = names.index(drift_unknowns()[0].name), 1.0 + fit.parameters[EXTENDED + len(BENCH) :]
     slopes = np.zeros((KNOTS, len(names)))
     slopes[:, [one.place == COULOMB for one in fit.unknowns]] = share[:, None]
     slopes[np.arange(KNOTS), first + np.arange(KNOTS)] = fit.parameters[COULOMB]
-    return fit.parameters[COULOMB] * share, np.sqrt(np.einsum("kc,cd,kd->k", slopes, fit.covariance, slopes))
+    return fit.parameters[COULOMB] * share, slopes @ fit.covariance @ slopes.T
 
 
 def drifts_in_tolerance(fit: Fitted) -> bool:
-    """Tell whether T_c of a fit with a drift is nowhere shown to leave its tolerance."""
-    friction, deviations = friction_over_time(fit)
-    stated = [one for one in fit.unknowns if one.place == COULOMB]
-    return all(bool(np.all(np.abs(friction - one.mean) - CHANCE * deviations <= one.reach)) for one in stated)
+    """Tell whether T_c of a fit with a drift is nowhere shown to leave its tolerance.
+
+    Without a tolerance it is not inside it.
+    """
+    friction, covariance = friction_over_time(fit)
+    stated = next((one for one in fit.unknowns if one.place == COULOMB and np.isfinite(one.reach)), None)
+    if stated is None:
+        return False
+    shown = np.abs(friction - stated.mean) - CHANCE * np.sqrt(np.diag(covariance))
+    return bool(np.all(shown <= stated.reach))
 
 
 def least_change(fit: Fitted) -> float:
-    """Return by which share of T_c a drift changes it at least."""
-    friction, deviations = friction_over_time(fit)
-    least, most = np.min(friction + CHANCE * deviations), np.max(friction - CHANCE * deviations)
-    return max(float(most - least), 0.0) / float(fit.parameters[COULOMB])
+    """Return by which share of its mean a drift changes friction at least."""
+    friction, covariance = friction_over_time(fit)
+    variances = np.diag(covariance)
+    apart = np.sqrt(np.maximum(variances[:, None] + variances - 2.0 * covariance, 0.0))
+    shown = np.abs(friction[:, None] - friction) - CHANCE * apart
+    return float(shown.max() / friction.mean())
 
 
 def drift_unknowns() -> list[Unknown]:

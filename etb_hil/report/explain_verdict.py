@@ -24,7 +24,7 @@ _REASONS = {
 }
 _CUT_SHORT = "The search was interrupted: causes that were not tried yet remain possible."
 _IN_PART = "The causes below explain a part of the errors; no known cause explains the rest."
-_BESIDE_USE = "The model describes these data within the noise of the sensors, but for friction that changes with use."
+_BUT_FOR = "The model describes these data within the noise of the sensors, but for what follows."
 _BY_RUNS = (
     "These data are sampled too slowly to name causes. The model was fitted to some runs and simulated on the others "
     "from the voltage alone. Its error there exceeds the sensor's noise: the model lacks an effect."
@@ -62,7 +62,7 @@ def reason(found: ExplanationResult) -> str:
     if found.runs and found.verdict != "insufficient_data":
         return _BY_RUNS if found.verdict == "unexplained" else _ADEQUATE_BY_RUNS
     if found.verdict == "adequate" and found.unexplained.text:
-        return _BESIDE_USE
+        return _BUT_FOR
     return _IN_PART if found.verdict == "unexplained" and found.causes else _REASONS[found.verdict]
 
 

@@ -43,8 +43,8 @@ _OTHER_BRISTLES = {
         "friction_model: elasto-plastic; state it in the file"
     ),
     Bristles.OPEN: (
-        "friction before the plate slides is neither LuGre's nor elasto-plastic: it was left open, and what acts there "
-        "alone would not be seen; elasto-plastic bristles are the nearest, and all numbers are of these"
+        "friction before the plate slides follows neither LuGre's law nor the elasto-plastic one, or a fault acts "
+        "there: it was left open, and numbers are of elasto-plastic bristles, the nearest"
     ),
 }
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
@@ -93,7 +93,7 @@ def _errors(findings: Findings, holdout: Holdout) -> Errors:
     least, most = float(holdout.noise_floors.min()), float(holdout.noise_floors.max())
     left = holdout.table["free_run"][POSITION]["calibrated"]
     says = []
-    if findings.verdict == "adequate" and findings.drift is None and left > most:
+    if findings.verdict == "adequate" and not _besides(findings) and left > most:
         times, its = (1e3, "mm") if units[POSITION] == "m" else (math.degrees(1.0), "deg")
         says.append(
             f"the balances show no missing effect, but in free run the calibrated model errs by {times * left:.3g} "
@@ -261,6 +261,8 @@ def _probability(step: SelectionStep, id_: str, *, is_cause: bool) -> float | No
 
 def _unexplained(findings: Findings) -> Unexplained:
     over = excess(findings.final_groups, findings.samples)
+    if findings.verdict == "adequate" and _besides(findings):
+        over[:] = 0.0  # the balances have neither a drift nor such bristles
     where = [
         Excess(CHANNELS[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
         for k in np.argsort(-over)
@@ -272,17 +274,18 @@ def _unexplained(findings: Findings) -> Unexplained:
         final.jacobian, final.fit, final.unknowns, is_electrical=all(b.has[1] for b in findings.balances)
     )
     terms = sorted([*own, wrong], key=lambda one: -one.explained_share)
-    return Unexplained(tuple(where), tuple(terms[:3]), text=_of_use(findings))
+    return Unexplained(tuple(where), tuple(terms[:3]), text=_besides(findings))
 
 
-def _of_use(findings: Findings) -> str:
-    """Return what is said of friction that drifts and is no cause."""
-    if findings.drift is None:
-        return ""
-    return (
-        f"friction changes along the record by {100.0 * least_change(findings.drift.best.fit):.2g} % at least and "
-        "stays inside its tolerance, as use and warmth make it do: values are those of its mean"
-    )
+def _besides(findings: Findings) -> str:
+    """Return what was allowed and is no cause: open bristles, and a drift."""
+    said = [_OTHER_BRISTLES[Bristles.OPEN]] if findings.bristles is Bristles.OPEN else []
+    if findings.drift is not None:
+        said.append(
+            f"friction changes along the record by {100.0 * least_change(findings.drift.best.fit):.2g} % at least and "
+            "stays inside its tolerance, as use or warmth may make it do: values are those of its mean"
+        )
+    return "; ".join(said)
 
 
 def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, CalibratedParameter]:

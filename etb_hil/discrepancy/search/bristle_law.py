@@ -10,17 +10,11 @@ from dataclasses import replace
 from etb_hil.discrepancy.search.findings import Bristles, Findings
 from etb_hil.estimation.calibration import first_disturbance, settled
 from etb_hil.estimation.climbing import begun
-from etb_hil.estimation.filtering import filtered
 from etb_hil.hypotheses.constants import GAIN
 from etb_hil.hypotheses.prepared import bristle_unknowns
 from etb_hil.plant.effects.layout import ELASTIC
 from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model
-
-
-def may_be_another(model: Model) -> bool:
-    """Tell whether bristles of another law than the model's may explain a record."""
-    return model.device.is_throttle and model.friction_model is FrictionModel.LUGRE
 
 
 def elasto_plastic(model: Model) -> Model:
@@ -35,14 +29,17 @@ def likeliest_law(findings: Findings, other: Model) -> Bristles | None:
 
     `other`: the model with elasto-plastic bristles.
     """
-    if findings.found is None:
+    if findings.found is None or not findings.model.device.is_throttle:
         return None
     record, final = findings.found.record, findings.found.final
-    p = final.parameters.copy()
-    p[ELASTIC] = other.vector()[ELASTIC]
-    unknowns = [*final.unknowns, *bristle_unknowns(p)]
+    unknowns, p = list(final.unknowns), final.parameters.copy()
+    laws = {Bristles.OPEN: record.with_open_bristles()}
+    if findings.model.friction_model is FrictionModel.LUGRE:
+        p[ELASTIC] = other.vector()[ELASTIC]
+        unknowns += bristle_unknowns(p)
+        laws = {Bristles.ELASTO_PLASTIC: record, **laws}
     most, likeliest = final.posterior, None
-    for law, seen in ((Bristles.ELASTO_PLASTIC, record), (Bristles.OPEN, record.with_open_bristles())):
+    for law, seen in laws.items():
         posterior = settled(seen, begun(seen, p, unknowns, first_disturbance(p))).posterior
         if posterior > most + GAIN:
             most, likeliest = posterior, law
@@ -54,9 +51,10 @@ def is_likelier(findings: Findings, others: Findings) -> bool:
     if findings.found is None or others.found is None:
         return False
     its, theirs = findings.found.final, others.found.final
-    # Each search chooses samples of its own: likelihoods are compared on the same ones.
+    # Each search chooses samples of its own: evidences are compared on the same ones.
     record = replace(others.found.record, settings=findings.found.record.settings)
-    return filtered(record, its.parameters, its.disturbance).log_likelihood + GAIN < theirs.filtered.log_likelihood
+    there = settled(record, begun(record, its.parameters, its.unknowns, its.disturbance))
+    return theirs.evidence > there.evidence + GAIN
 
 
 def named(findings: Findings) -> list[tuple[str, set[str]]]:

@@ -21,7 +21,7 @@ from etb_hil.recording.samples import Float64
 class Bristles(Enum):
     """The law of the bristles in a model, beside that of the model file.
 
-    OPEN: near elasto-plastic ones, by no known law. The record is filtered so that it does not matter which.
+    OPEN: near elasto-plastic ones, by no known law. The filter is told that they are unsure.
     """
 
     AS_STATED = "as stated"

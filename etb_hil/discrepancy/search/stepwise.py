@@ -1,7 +1,7 @@
 """The search for what a model lacks in its measurements.
 
 Calibrate by the balances, find the noise floor of the case, and accept the causes that the likelihood finds. Where they
-explain nothing, bristles of another law may.
+leave anything, bristles of another law may explain it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.noise_floor import group_means
 from etb_hil.discrepancy.search.bench_numbers import accept_measured
-from etb_hil.discrepancy.search.bristle_law import elasto_plastic, is_likelier, likeliest_law, may_be_another, named
+from etb_hil.discrepancy.search.bristle_law import elasto_plastic, is_likelier, likeliest_law, named
 from etb_hil.discrepancy.search.causes import accept_likely
 from etb_hil.discrepancy.search.current_model import after_first_slide, current_model_near
 from etb_hil.discrepancy.search.findings import Bristles, Findings
@@ -33,31 +33,37 @@ def search(
 ) -> Findings:
     """Search for what a model lacks in its measurements; `without`: ids not tested.
 
-    Where a model with LuGre's bristles leaves anything to explain, one with another law of them is searched, too. It is
-    taken if it is likelier, explained, and names something else.
+    Where the law of the model's bristles leaves anything to explain, the record is searched by another one, too. That
+    answer is taken if it is likelier and another one, unless neither explains the record.
 
     An interrupt after the calibration ends the search with what it knows; right after it, as `Interrupted`.
     """
     findings = _searched(model, balances, without, progress)
-    if findings.is_interrupted or findings.verdict == "adequate" or not may_be_another(model):
+    if findings.is_interrupted or findings.verdict == "adequate":
         return findings
     if findings.found is None or misfit(findings.found.final).is_nothing:
         return findings
-    progress("trying bristles of another law")
     other = elasto_plastic(model)
     try:
+        progress("trying bristles of another law")
         law = likeliest_law(findings, other)
         if law is None:
             return findings
         others = _searched(other, [Balances(b.measured, other) for b in balances], without, progress, law)
+        findings.is_interrupted = others.is_interrupted
+        if others.is_interrupted or _say_the_same(findings, others) or not is_likelier(findings, others):
+            return findings
     except KeyboardInterrupt:
         findings.is_interrupted = True
         return findings
-    findings.is_interrupted = others.is_interrupted
-    if others.is_interrupted or others.verdict == "unexplained" or not is_likelier(findings, others):
-        return findings
-    # What is named by either law needs no word about bristles.
-    return findings if findings.verdict != "unexplained" and named(findings) == named(others) else others
+    return others
+
+
+def _say_the_same(findings: Findings, others: Findings) -> bool:
+    """Tell whether findings by two laws of bristles need no word about these."""
+    if "unexplained" in (findings.verdict, others.verdict):
+        return findings.verdict == others.verdict
+    return named(findings) == named(others)
 
 
 def _searched(

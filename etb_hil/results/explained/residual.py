@@ -95,7 +95,7 @@ class Unexplained:
     runs: tuple[FreeRun, ...] = ()
     """Runs of slow data with the largest errors."""
     text: str = ""
-    """Trend of the errors, or of the friction, as a sentence."""
+    """What else is known of it, as a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
