@@ -13,7 +13,8 @@ from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.estimation.record import record
 from etb_hil.hypotheses.comparison import are_numbers
 from etb_hil.hypotheses.misfit import ANY, Misfit, misfit
-from etb_hil.hypotheses.search import Step, compared, searched
+from etb_hil.hypotheses.search import compared, searched
+from etb_hil.hypotheses.step import Step
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 

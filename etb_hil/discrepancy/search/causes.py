@@ -29,7 +29,8 @@ from etb_hil.discrepancy.search.thresholds import beyond_chance, rejects
 from etb_hil.estimation.record import joined
 from etb_hil.hypotheses.comparison import Hypothesis
 from etb_hil.hypotheses.constants import PARAMETER
-from etb_hil.hypotheses.search import Step, searched
+from etb_hil.hypotheses.search import searched
+from etb_hil.hypotheses.step import Step
 from etb_hil.hypotheses.terms import DRIFT
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import ELASTIC, EXTENDED

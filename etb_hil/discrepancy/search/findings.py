@@ -12,7 +12,8 @@ from etb_hil.discrepancy.candidates.candidate import Refined
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
-from etb_hil.hypotheses.search import Found, Step
+from etb_hil.hypotheses.search import Found
+from etb_hil.hypotheses.step import Step
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
