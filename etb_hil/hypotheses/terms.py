@@ -1,8 +1,8 @@
 """Terms of a record: of the bench, and of friction that drifts.
 
 A plate's sensor has a zero of its own. Friction that drifts over time is a hypothesis without a name: use does
-that, and so does a lubricant. Its share of the friction is a polygon over time. Inside the tolerance of T_c it is no
-fault of the model.
+that, and so does a lubricant. Its share of the friction is a polygon over time whose knots have the mean 0. Inside the
+tolerance of T_c it is no fault of the model.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from etb_hil.estimation.filtering import Column
 from etb_hil.estimation.forces import AT_PLATE, LEVEL
 from etb_hil.estimation.record import Record, Term
 from etb_hil.estimation.unknown import Unknown
-from etb_hil.hypotheses.constants import CHANCE, DRIFTS, KNOTS, ZERO
+from etb_hil.hypotheses.constants import BEYOND, CHANCE, DRIFTS, KNOTS, ZERO
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import COULOMB
 from etb_hil.recording.samples import Float64
@@ -54,7 +54,8 @@ class Drift:
 def with_terms(record: Record) -> Record:
     """Return a record that may have terms of its bench, and a drift of friction."""
     knots = np.linspace(record.elapsed[0], record.elapsed[-1], KNOTS)
-    drifts = [Term(LEVEL, np.interp(record.elapsed, knots, one)) for one in np.eye(KNOTS)]
+    # T_c is the mean of the knots: a drift that could raise it would be likelier than friction raised everywhere.
+    drifts = [Term(LEVEL, np.interp(record.elapsed, knots, one)) for one in np.eye(KNOTS) - 1.0 / KNOTS]
     return replace(record, terms=(Term(AT_PLATE, np.ones(len(record))), *drifts))
 
 
@@ -72,25 +73,27 @@ def bench_unknowns(record: Record) -> list[Unknown]:
 
 def friction_over_time(fit: Fitted) -> tuple[Float64, Float64]:
     """Return T_c at each knot of a fit with a drift (k), and its covariance (k, k)."""
-    names = [one.name for one in fit.unknowns]
-    first, share = names.index(drift_unknowns()[0].name), 1.0 + fit.parameters[EXTENDED + len(BENCH) :]
+    names, sizes = [one.name for one in fit.unknowns], fit.parameters[EXTENDED + len(BENCH) :]
+    first, share = names.index(drift_unknowns()[0].name), 1.0 + sizes - sizes.mean()
     slopes = np.zeros((KNOTS, len(names)))
     slopes[:, [one.place == COULOMB for one in fit.unknowns]] = share[:, None]
-    slopes[np.arange(KNOTS), first + np.arange(KNOTS)] = fit.parameters[COULOMB]
+    slopes[:, first : first + KNOTS] = fit.parameters[COULOMB] * (np.eye(KNOTS) - 1.0 / KNOTS)
     return fit.parameters[COULOMB] * share, slopes @ fit.covariance @ slopes.T
 
 
 def drifts_in_tolerance(fit: Fitted) -> bool:
     """Tell whether T_c of a fit with a drift is nowhere shown to leave its tolerance.
 
-    Without a tolerance it is not inside it.
+    Where T_c is a cause itself, the tolerance is about its mean. Without a tolerance it is not inside it.
     """
     friction, covariance = friction_over_time(fit)
-    stated = next((one for one in fit.unknowns if one.place == COULOMB and np.isfinite(one.reach)), None)
+    stated = next((one for one in fit.unknowns if one.place == COULOMB), None)
     if stated is None:
         return False
-    shown = np.abs(friction - stated.mean) - CHANCE * np.sqrt(np.diag(covariance))
-    return bool(np.all(shown <= stated.reach))
+    is_cause = not np.isfinite(stated.reach)
+    mean, reach = (friction.mean(), stated.deviation / BEYOND) if is_cause else (stated.mean, stated.reach)
+    shown = np.abs(friction - mean) - CHANCE * np.sqrt(np.diag(covariance))
+    return bool(np.all(shown <= reach))
 
 
 def least_change(fit: Fitted) -> float:

@@ -278,13 +278,12 @@ def _unexplained(findings: Findings) -> Unexplained:
 
 
 def _besides(findings: Findings) -> str:
-    """Return what was allowed and is no cause: open bristles, and a drift."""
+    """Return what was found and has no name: open bristles, and a drift."""
     said = [_OTHER_BRISTLES[Bristles.OPEN]] if findings.bristles is Bristles.OPEN else []
-    if findings.drift is not None:
-        said.append(
-            f"friction changes along the record by {100.0 * least_change(findings.drift.best.fit):.2g} % at least and "
-            "stays inside its tolerance, as use or warmth may make it do: values are those of its mean"
-        )
+    if (drift := findings.drift) is not None:
+        as_use = " and stays inside its tolerance, as use or warmth may make it do" if drift.is_use else ""
+        least = f"{100.0 * least_change(drift.best.fit):.2g} % at least"
+        said.append(f"friction changes along the record by {least}{as_use}: values are those of its mean")
     return "; ".join(said)
 
 
