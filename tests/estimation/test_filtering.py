@@ -13,13 +13,15 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities, smoothed
+from etb_hil.estimation.forces import LEVEL
 from etb_hil.estimation.prior import best_step, log_prior
-from etb_hil.estimation.record import joined, record
+from etb_hil.estimation.record import Term, joined, record
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.constants import KNOTS
 from etb_hil.hypotheses.terms import BENCH, Drift, drift_unknowns, with_room, with_terms
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import (
     COULOMB,
@@ -270,7 +272,7 @@ def test_a_thinned_record_keeps_its_terms(healthy):
     some = with_terms(made).thinned(2000, 4)
     shapes = np.array([one.shape for one in some.terms])
     assert shapes.shape == (len(BENCH) + KNOTS, 2000)
-    assert np.allclose(shapes[len(BENCH) :].sum(axis=0), 1.0)  # the polygon's knots share out all of the time
+    assert np.allclose(shapes[len(BENCH) :].sum(axis=0), 0.0)  # a drift that is the same at all knots is none
     p = with_room(model.vector())
     at, column = filtered(some, p, SMALL, is_kept=True), drift_unknowns()[-1].column()
     assert sensitivities(some, at, [column]).matrix[0, 0] > 0.0
@@ -359,11 +361,18 @@ def test_a_step_ends_at_the_largest_posterior_of_a_linear_model():
         assert max(map(posterior, tried)) < posterior(np.minimum(end, 1.3)) + 0.01
 
 
-def test_a_drift_that_stays_the_same_is_another_friction(healthy):
+def test_a_drift_that_stays_the_same_is_none(healthy):
+    made, model, _ = healthy
+    constant = Drift(with_room(model.vector())).at(np.full(KNOTS, 0.1))
+    one, other = filtered(with_terms(made), constant, SMALL), filtered(made, model.vector(), SMALL)
+    assert one.log_likelihood == pytest.approx(other.log_likelihood, rel=1e-9)
+
+
+def test_a_level_that_stays_the_same_is_another_friction(healthy):
     made, model, _ = healthy
     p = model.vector()
-    drifting = with_terms(made)
-    constant = Drift(with_room(p)).at(np.full(KNOTS, 0.1))
+    raised = np.append(p[:EXTENDED], 0.1)
     p[COULOMB], p[STICTION] = 1.1 * p[COULOMB], 1.1 * p[STICTION]
-    one, other = filtered(drifting, constant, SMALL), filtered(made, p, SMALL)
+    level = replace(made, terms=(Term(LEVEL, np.ones(len(made))),))
+    one, other = filtered(level, raised, SMALL), filtered(made, p, SMALL)
     assert one.log_likelihood == pytest.approx(other.log_likelihood, rel=1e-5)
