@@ -76,6 +76,11 @@ class Hypothesis:
         return next((one.effect for one in self.fit.unknowns if one.effect and one.effect.id in self.ids), None)
 
     @property
+    def is_drift(self) -> bool:
+        """Whether it is friction that drifts over time, which has no name."""
+        return self.ids == (DRIFT,)
+
+    @property
     def follows_temperature(self) -> bool:
         """Whether it is an effect of a temperature that changes."""
         return self.effect is not None and Need.TEMPERATURE in self.effect.needs
@@ -86,7 +91,7 @@ class Hypothesis:
         Where there is another vector, with those that it has in their place.
         """
         found, own = parameters.copy(), self.fit.parameters if other is None else other
-        if self.ids == (DRIFT,):
+        if self.is_drift:
             sizes = slice(EXTENDED + len(BENCH), None)
             found[sizes] = own[sizes]
         if effect := self.effect:

@@ -46,7 +46,7 @@ class Found:
     @property
     def causes(self) -> tuple[Step, ...]:
         """The steps of the causes that have a name."""
-        return tuple(step for step in self.needed if step.best.ids != (DRIFT,))
+        return tuple(step for step in self.needed if not step.best.is_drift)
 
     @property
     def final(self) -> Fitted:
@@ -57,8 +57,7 @@ class Found:
     def verdict(self) -> str:
         """What the search comes to: adequate, explained, ambiguous, or unexplained."""
         left = misfit(self.final)
-        unnamed = [step for step in self.needed if step.best.ids == (DRIFT,)]
-        is_known = all(step.is_use for step in unnamed)
+        is_known = all(step.is_use for step in self.needed if step.best.is_drift)
         if left.is_nothing and not self.needed:
             return "adequate"
         without = [misfit(self.calibrated), *(step.misfit for step in self.needed[:1])]

@@ -64,7 +64,7 @@ class Step:
         Where the best one matters only beside a later cause, no misfit tells yet. What is not equivalent to it takes
         less of its evidence than the square of a cosine of 0.95.
         """
-        others = [one for one in self.hypotheses[1:] if one.ids != (DRIFT,)]
+        others = [one for one in self.hypotheses[1:] if not one.is_drift]
         if not self.is_material:
             least = (1.0 - EQUIVALENT_SHAPE**2) * self.best.evidence
             return tuple(one for one in others if one.evidence > least)
@@ -77,8 +77,8 @@ class Step:
 
         Nothing with a name explains that as well.
         """
-        is_drift = self.best.ids == (DRIFT,) and self.is_material and not self.group
-        return is_drift and drifts_in_tolerance(self.best.fit)
+        is_alone = self.best.is_drift and self.is_material and not self.group
+        return is_alone and drifts_in_tolerance(self.best.fit)
 
 
 def stepped(
@@ -92,7 +92,7 @@ def stepped(
     """Return the likeliest hypotheses beside what a fit has already.
 
     `without`: ids that are none. A cause that matters leaves its share of a part of the misfit at most.
-    `fitted_already`: see `_fitted_before`.
+    `fitted_already`: where hypotheses ended beside fewer causes.
     """
     has = {one.effect.id for one in before.unknowns if one.effect}
     named = [one for id_, one in effects.items() if id_ not in without and id_ not in has]
@@ -188,7 +188,7 @@ def decided(before: Fitted, fits: Sequence[Hypothesis], shares: tuple[float, ...
     best = (material or likeliest)[0]
     if best.follows_temperature:
         # A temperature is a slow clock: a drift of any course that is about as likely may be use.
-        best = next((one for one in material if one.ids == (DRIFT,) and one.evidence > best.evidence - GAIN), best)
+        best = next((one for one in material if one.is_drift and one.evidence > best.evidence - GAIN), best)
     return Step(left, (best, *(one for one in found if one is not best)), shares, bool(material))
 
 

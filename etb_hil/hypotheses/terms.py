@@ -1,8 +1,8 @@
 """Terms of a record: of the bench, and of friction that drifts.
 
 A plate's sensor has a zero of its own. Friction that drifts over time is a hypothesis without a name: use does
-that, and so does a lubricant. Its share of the friction is a polygon over time whose knots have the mean 0. Inside the
-tolerance of T_c it is no fault of the model.
+that, and so does a lubricant. Its share of the friction is a polygon over time whose knots have the mean 0. While T_c
+stays inside its tolerance, the model is right.
 """
 
 from __future__ import annotations

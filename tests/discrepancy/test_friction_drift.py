@@ -1,6 +1,6 @@
 """Friction that changes along the record with use.
 
-It is not named after the temperature that rises meanwhile, and inside its tolerance it is no fault of the model.
+It is not named after the temperature that rises meanwhile, and the model is adequate while T_c is inside its tolerance.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""Which law the bristles bend by, where LuGre's leaves something to explain.
+"""Choose the law of bristles where a residual remains by that of the model file.
 
-By which law bristles bend is no fault of a unit.
+Healthy units have bristles of several laws.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def elasto_plastic(model: Model) -> Model:
 def likeliest_law(findings: Findings, other: Model) -> Bristles | None:
     """Return the law by which what was found is likelier than by the model's.
 
-    None where it is by none of them.
+    None where no other law is likelier.
 
     `other`: the model with elasto-plastic bristles.
     """

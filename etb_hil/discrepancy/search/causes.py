@@ -31,7 +31,6 @@ from etb_hil.hypotheses.comparison import Hypothesis
 from etb_hil.hypotheses.constants import PARAMETER
 from etb_hil.hypotheses.search import searched
 from etb_hil.hypotheses.step import Step
-from etb_hil.hypotheses.terms import DRIFT
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import ELASTIC, EXTENDED
 from etb_hil.plant.effects.port import Port
@@ -78,7 +77,7 @@ def accept_likely(findings: Findings, without: Sequence[str], progress: Callable
         continue_from(findings, _near(findings.final.fit.whole, found.final.parameters), findings.final.unknowns)
     accepted = {id_ for cause in found.causes for id_ in cause.best.ids}
     for step in found.steps:
-        named = [one for one in step.hypotheses if one.ids != (DRIFT,) and not accepted & set(one.ids)]
+        named = [one for one in step.hypotheses if not one.is_drift and not accepted & set(one.ids)]
         if named and not accepted & set(step.best.ids):
             findings.selection_steps.append(_rejected(findings, step, named[0]))
     if found.is_interrupted:
@@ -140,7 +139,7 @@ def _compared(step: Step) -> tuple[Compared, ...]:
             one.fit.parameters[:EXTENDED],
         )
         for one in step.hypotheses
-        if one.ids != (DRIFT,)
+        if not one.is_drift
     )
 
 

@@ -14,7 +14,6 @@ from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
 from etb_hil.hypotheses.search import Found
 from etb_hil.hypotheses.step import Step
-from etb_hil.hypotheses.terms import DRIFT
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import Float64
@@ -124,7 +123,7 @@ class Findings:
     @property
     def drift(self) -> Step | None:
         """The step of friction that drifts, if the record needs it."""
-        return next((step for step in self.found.needed if step.best.ids == (DRIFT,)), None) if self.found else None
+        return next((step for step in self.found.needed if step.best.is_drift), None) if self.found else None
 
     @property
     def accepted(self) -> list[SelectionStep]:

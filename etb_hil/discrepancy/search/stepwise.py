@@ -1,7 +1,7 @@
 """The search for what a model lacks in its measurements.
 
-Calibrate by the balances, find the noise floor of the case, and accept the causes that the likelihood finds. Where they
-leave anything, bristles of another law may explain it.
+Calibrate by the balances, find the noise floor of the case, and accept the causes that the likelihood finds. Where a
+residual remains, bristles of another law may explain it.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def search(
 ) -> Findings:
     """Search for what a model lacks in its measurements; `without`: ids not tested.
 
-    Where the law of the model's bristles leaves anything to explain, the record is searched by another one, too. That
-    answer is taken if it is likelier and another one, unless neither explains the record.
+    Where a residual remains by the law of the model's bristles, the record is searched by another law, too. The second
+    answer is taken if it is likelier and differs from the first, unless neither explains the record.
 
     An interrupt after the calibration ends the search with what it knows; right after it, as `Interrupted`.
     """
